@@ -105,7 +105,7 @@ def is_found(campaign: Campaign, trait: str) -> bool:
     """Whether a suspicion names the trait."""
     word = {"zero phase": "imaginary part is zero", "fixed phase": "phase changes by", "settling": "still settle"}
     word |= {"swapped in a repeat": "columns swapped in", "swapped at a level": "columns swapped in"}
-    word |= {"unnamed sweeps": "rises and falls", "turned runs": "do not count from the force"}
+    word |= {"unnamed sweeps": "rises and falls", "turned runs": "are not relative to the force"}
     return any(word[trait] in item.sentence for item in find_channel_suspicions(campaign))
 
 

@@ -198,7 +198,7 @@ def _read(path: str | Path) -> CaseSource:
         message, line = explain_syntax(str(error), text)
         raise refuse(message, line) from None
     except ValueError:  # Python's own limit
-        raise refuse("it holds a number of thousands of digits: shorten it") from None
+        raise refuse("it has a number with thousands of digits: shorten it") from None
     except RecursionError:
         raise refuse("its brackets are nested too deeply") from None
     return CaseSource(file=file, text=text, data=data, lines=lines)
@@ -212,12 +212,12 @@ def _find_schema_problems(source: CaseSource) -> list[Problem]:
     if result == SCHEMA and type(result) is int:
         return []
     if result == 1 and type(result) is int:
-        return [source.problem(("schema",), f"a case of an earlier form, which is no longer read: {FROM_SCHEMA_1}")]
+        return [source.problem(("schema",), f"this earlier format of case files is no longer read: {FROM_SCHEMA_1}")]
     remedy = f'this version of stickslip reads "{wanted}"'
     if type(result) is int and result > SCHEMA:
-        remedy = f"a later form of case files; {remedy}: install a later stickslip, or rewrite the file"
+        remedy = f"a later format of case files; {remedy}: install a later stickslip, or rewrite the file"
         return [source.problem(("schema",), remedy)]
-    return [source.problem(("schema",), f"unknown form of case files; {remedy}")]
+    return [source.problem(("schema",), f"unknown format of case files; {remedy}")]
 
 
 @dataclass

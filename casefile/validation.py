@@ -101,7 +101,7 @@ def require_different(values: tuple[Item, ...]) -> tuple[Item, ...]:
     for place, value in enumerate(values):
         if value in values[:place]:
             text = f"{value:g}" if isinstance(value, float) else f'"{value}"' if isinstance(value, str) else value
-            raise ValueError(f"{text} stands there twice: remove one")
+            raise ValueError(f"{text} appears twice: remove one")
     return values
 
 

@@ -181,7 +181,7 @@ class Model:
         names = [item.name for item in self.sensors]
         for name in names:
             if names.count(name) > 1:
-                raise ModelDefinitionError(f'two sensors are called "{name}": give each a name of its own')
+                raise ModelDefinitionError(f'two sensors are called "{name}": give each its own name')
         contacts = {joint.name for joint in list_friction_contacts(self.system.joints)}
         for line, members in self.lines.items():
             for member in members:
@@ -214,7 +214,7 @@ class Model:
         for name in together:
             if name not in self.preloads:
                 raise ModelDefinitionError(
-                    f'"{name}" is pressed together with others, but is no preload of the model: there are '
+                    f'"{name}" is pressed together with others, but is not a preload of the model: there are '
                     f"{', '.join(self.preloads) or 'none'}"
                 )
             if together.count(name) > 1:
@@ -254,7 +254,7 @@ class Model:
         """
         if name not in self.preloads:
             raise ModelDefinitionError(
-                f'"{name}" is no preload of the model: there are {", ".join(self.preloads) or "none"}'
+                f'"{name}" is not a preload of the model: there are {", ".join(self.preloads) or "none"}'
             )
         static, preloads = self.preload_slope(name)
         changed = self.with_joints(
@@ -281,7 +281,7 @@ class Model:
         if weight is None or weight.wire is None:
             known = [item for item, weight in self.dead_weights.items() if weight.wire is not None]
             raise ModelDefinitionError(
-                f'"{name}" is no dead weight on a wire of the model: there are {", ".join(known) or "none"}'
+                f'"{name}" is not a dead weight on a wire of the model: there are {", ".join(known) or "none"}'
             )
         wire = replace(weight.wire, shift=weight.wire.shift + shift, inclination=weight.wire.inclination + inclination)
         changed = DeadWeight.on_wire(wire, weight.lines)

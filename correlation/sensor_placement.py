@@ -157,7 +157,7 @@ def _turn_row(measured: MeasuredSensor, model: Model, row: Row) -> Row:
             turned[other] = row[place]
             continue
         raise CampaignError(
-            f'{MANIFEST}: sensor "{measured.name}" leans toward {measured.toward}, but the model knows no motion of '
+            f'{MANIFEST}: sensor "{measured.name}" leans toward {measured.toward}, but the model has no motion of '
             f"its point in the directions {measured.direction} and {measured.toward}: remove inclination, or keep both "
             "directions of that point in the model"
         )
@@ -177,7 +177,7 @@ def _find_nearest(measured: MeasuredSensor, model: Model) -> Row:
     ]
     if not known:
         raise CampaignError(
-            f'{MANIFEST}: sensor "{name}" has coordinates, but the model knows no degree of freedom in direction '
+            f'{MANIFEST}: sensor "{name}" has coordinates, but the model has no degree of freedom in direction '
             f"{measured.direction} with coordinates: give the sensor a place"
         )
     at = np.array([coordinates for _, coordinates in known])

@@ -79,8 +79,8 @@ class Resonator:
         """Natural frequency, and size by place, in words."""
         where = " or ".join(f"{item.size} at {item.name}" for item in (self, *self.alike))
         return (
-            f"something small that swings by itself at {self.frequency:.4g} Hz, such as a cable or a loose part, of "
-            f"about {where} (to first order), in the {self.configuration} structure"
+            f"a small attached resonator at {self.frequency:.4g} Hz, such as a cable or a loose part, with about "
+            f"{where} (to first order), in the {self.configuration} structure"
         )
 
     @property

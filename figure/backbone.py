@@ -94,7 +94,7 @@ def draw_backbone(result: Backbones) -> Figure:
             axes.plot(curve.amplitude, value, color=colour, linewidth=LINE, label=curve.label)
     for number, axes in enumerate((left, right)):
         _draw_models(axes, result.curves, number)
-    left.set_ylabel("change of frequency [%]")
+    left.set_ylabel("frequency change [%]")
     right.set_ylabel("damping ratio [%]")
     for axes in (left, right):
         use_log_scale(axes, "x")

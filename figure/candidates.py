@@ -84,7 +84,7 @@ def draw_candidates(result: Candidates) -> Figure:
     most = max([item.gain for item in result.candidates] + [result.threshold])
     left.set_xlim(least, most * (most / least) ** 0.35)
     left.axvline(result.threshold, color=INK, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)
-    left.set_xlabel("fall of chi-squared [-], and strength")
+    left.set_xlabel("decrease of chi-squared [-], and strength")
     left.set_yticks(place, [item.name for item in result.candidates], fontsize=9)
     fitted = [item.held_out for item in result.candidates if item.held_out is not None]
     errors = np.array([result.before, *fitted])
@@ -94,7 +94,7 @@ def draw_candidates(result: Candidates) -> Figure:
     else:
         right.set_xticks([])
         right.text(0.5, 0.5, "unknown", transform=right.transAxes, ha="center", va="center", color=PALE)
-    right.set_xlabel("held-out error [%]; dashed: without any of them")
+    right.set_xlabel("held-out error [%]; dashed: without an effect")
     for axes in (left, right):
         open_box(axes, grid="x")
     colours = {_colour(item) for item in result.candidates}

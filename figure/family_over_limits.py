@@ -231,7 +231,7 @@ def _add_limits_legend(figure: Figure, result: FamiliesOverLimits, colours: dict
         }  # fmt: skip
     if any(item.any() for item in together):
         dashes = Line2D([], [], color=LIMITS[1], linewidth=LINE, linestyle=DASHES, dash_capstyle="butt")
-        entries["both limits, closer than this line is wide"] = (lower, dashes)
+        entries["both limits, closer than the line width"] = (lower, dashes)
     if any(panel.jump.any() for row in result.rows for panel in row.panels):
         entries["jump of a limit"] = Line2D([], [], color=INK, linestyle=":", linewidth=1.2)
     for sweep in sorted({curve.sweep for curve in curves}, reverse=True):

@@ -99,7 +99,7 @@ def draw_line_forces(result: LineForces) -> Figure:
     if not 1 <= len(names) <= MOST_ROWS:
         raise InputError(f"forces of {len(names)} lines cannot be drawn in one figure: give 1 to {MOST_ROWS}")
     if missing := [name for name in names if name not in result.friction_coefficient]:
-        raise InputError(f'friction_coefficient has none for "{missing[0]}": give one for each line')
+        raise InputError(f'friction_coefficient has no value for "{missing[0]}": give one for each line')
     colours = dict(zip(labels, choose_family_colours(len(labels)), strict=True))
     legend_rows = -(-len(labels) // LONGEST_LEGEND)
     figure = make_figure(11.7, 1.2 + 0.25 * legend_rows + 2.2 * len(names), hspace=0.04, wspace=0.03)

@@ -93,7 +93,7 @@ def draw_line_states(result: StateHistories) -> Figure:
     from matplotlib.patches import Patch
 
     if not any(result.panels):
-        raise InputError(f"panels = {result.panels} hold no line: give at least one")
+        raise InputError(f"panels = {result.panels} contain no line: give at least one")
     rows = [row for row in result.panels if row]
     n_column = max(len(row) for row in rows)
     heights = [float(np.clip(STATION * max(len(line.states) for line in row), LOWEST, HIGHEST)) for row in rows]

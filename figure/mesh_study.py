@@ -109,7 +109,7 @@ def _draw_convergence(axes: Axes, result: MeshConvergence) -> None:
         if ours:
             axes.plot(*zip(*ours, strict=True), "o", label=f"{NAME[element]}, in the table", **style)
         if free:
-            label = f"{NAME[element]}, not tuned to"
+            label = f"{NAME[element]}, not used for tuning"
             axes.plot(*zip(*free, strict=True), "o", markerfacecolor="white", label=label, **style)
         if theory:
             label = "closed form of parasitic shear"
@@ -122,4 +122,4 @@ def _draw_convergence(axes: Axes, result: MeshConvergence) -> None:
     axes.set_ylabel("first frequency [Hz]")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend(frameon=False, fontsize=9)
-    axes.set_title("Full clamp: the 8-node brick locks by parasitic shear", fontsize=10, loc="left")
+    axes.set_title("Full clamp: the 8-node brick locks in parasitic shear", fontsize=10, loc="left")

@@ -127,7 +127,9 @@ def draw_misfit_map(result: MisfitMap) -> Figure:
     )  # fmt: skip
     if room:
         _name_nothing(axes, width - margin - room + BETWEEN, top)
-    bar.set_label("difference over its standard deviation (rms of real and imaginary part); below 2, noise explains it")
+    bar.set_label(
+        "difference over its standard deviation (rms of real and imaginary part); values below 2 are explained by noise"
+    )
     bar.ax.xaxis.label.set_x((width / 2 - margin) / scale)  # it is hardly narrower than the figure
     bar.outline.set_visible(False)
     add_heading(figure, result)

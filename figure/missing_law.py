@@ -143,7 +143,7 @@ def draw_missing_law(result: LawDrawing) -> Figure:
 
 def _draw_band(axes: Axes, curve: BandedCurve, *, is_hatched: bool) -> None:
     shade = {"facecolor": "none", "edgecolor": PALE, "hatch": "///", "alpha": 0.6} if is_hatched else {"color": PALE}
-    label = "95 %, where only the prior speaks hatched" if is_hatched else "95 %"
+    label = "95 %; hatched: determined by the prior alone" if is_hatched else "95 %"
     axes.fill_between(curve.x, curve.low, curve.high, linewidth=0.0, **({"alpha": BAND} | shade), label=label)
 
 

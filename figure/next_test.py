@@ -84,7 +84,7 @@ def draw_next_tests(result: NextTests) -> Figure:
         )  # fmt: skip
     bars.set_yticks(place, [test.name for test in result.tests], fontsize=9)
     bars.set_xlim(0, 100)
-    bars.set_xlabel("probability that it decides [%]; right: what it takes")
+    bars.set_xlabel("probability that the test decides [%]; right: time required")
     bars.axvline(50, color=GRID, linewidth=0.8, zorder=0)
     colours = choose_family_colours(len(result.curves))
     for number, (curve, colour) in enumerate(zip(result.curves, colours, strict=True)):

@@ -49,7 +49,7 @@ class FigureKind:
 
 def _wrong(kind: Any) -> str | None:
     if not isinstance(kind.draws, type):
-        return f"draws = {kind.draws!r}, which is no class: name the class of the results that it draws"
+        return f"draws = {kind.draws!r}, which is not a class: name the class of the results that it draws"
     if not callable(kind.draw):
         return f"has draw = {kind.draw!r}, which cannot be called: give a function from a result to a figure"
     if not kind.name.isidentifier():

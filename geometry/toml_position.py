@@ -66,7 +66,7 @@ def explain_syntax(message: str, text: str) -> tuple[str, int]:
     where = f" in column {column}" if column else " at the end of the file"
     hint = ""
     if words.startswith(("Cannot overwrite", "Cannot declare")):
-        hint = "; it stands there twice: remove one"
+        hint = "; it appears twice: remove one"
     elif "=" in source[0] and words.startswith(("Expected newline", "Invalid value")):
         hint = '; text and values with units stand in quotes, e.g. "tip" and "250 mm"'
     return f"this is not TOML: {words[0].lower()}{words[1:]}{where} of: {source[0].strip()}{hint}", number

@@ -18,7 +18,7 @@ def find_file(folder: Path, name: str) -> Path:
         inside = path.resolve().is_relative_to(folder.resolve())
         is_there, is_file = path.exists(), path.is_file()
     except (OSError, RuntimeError, ValueError):  # a name too long, a circle of links, a zero in the name
-        raise CampaignError(f"{name!r} is no name of a file: correct it in the manifest") from None
+        raise CampaignError(f"{name!r} is not a file name: correct it in the manifest") from None
     if not inside:
         raise CampaignError(f'{name}: lies outside the folder "{folder}" of the campaign: copy it there')
     if not is_there:

@@ -38,7 +38,9 @@ class CsvTable:
             values = np.fromiter(map(float, column), dtype=np.float64, count=len(column))
         except ValueError:
             row = next(row for row, text in enumerate(column) if not _is_number(text))
-            raise self.problem(row, f'{name} = "{column[row]}" is no number; {_suggest_remedy(column[row])}') from None
+            raise self.problem(
+                row, f'{name} = "{column[row]}" is not a number; {_suggest_remedy(column[row])}'
+            ) from None
         wrong = np.flatnonzero(~np.isfinite(values))
         if len(wrong):
             row = int(wrong[0])
@@ -79,11 +81,11 @@ def read_table(path: Path) -> CsvTable:
             f'{file}: there is no such file in "{path.parent}"; correct its name in the manifest'
         ) from None
     except UnicodeDecodeError:
-        raise CampaignError(f"{file}: is no text in UTF-8; save it as CSV in UTF-8") from None
+        raise CampaignError(f"{file}: is not text in UTF-8; save it as CSV in UTF-8") from None
     except OSError as error:
         raise CampaignError(f"{file}: cannot be read ({error.strerror}); check its permissions") from None
     if "\0" in text:
-        raise CampaignError(f"{file}: is no text; save it as CSV in UTF-8")
+        raise CampaignError(f"{file}: is not text; save it as CSV in UTF-8")
     reader = csv.reader(io.StringIO(text))
     rows: list[list[str]] = []
     lines: list[int] = []
@@ -92,7 +94,7 @@ def read_table(path: Path) -> CsvTable:
             rows.append(row)
             lines.append(reader.line_num)
     except csv.Error as error:
-        raise CampaignError(f"{file}:{reader.line_num}: is no CSV ({error}); save it with commas") from None
+        raise CampaignError(f"{file}:{reader.line_num}: is not CSV ({error}); save it with commas") from None
     if [] in rows:
         lines = [line for row, line in zip(rows, lines, strict=True) if row]
         rows = [row for row in rows if row]

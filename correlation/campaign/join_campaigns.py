@@ -29,7 +29,7 @@ def join_campaigns(campaign: Campaign, further: Campaign) -> Campaign:
     """
     if campaign.drive != further.drive:
         raise CampaignError(
-            f"{further.folder}: drive = {further.drive.quantity} in {further.drive.unit} is another one than that of "
+            f"{further.folder}: drive = {further.drive.quantity} in {further.drive.unit} differs from that of "
             f"{campaign.folder}: join tests under the same drive"
         )
     own = {item.name: item for item in campaign.sensors}
@@ -39,7 +39,7 @@ def join_campaigns(campaign: Campaign, further: Campaign) -> Campaign:
             item.quantity, item.place, item.line, item.component,
         ):  # fmt: skip
             raise CampaignError(
-                f'{further.folder}: sensor "{item.name}" is not that of {campaign.folder}: give it another name'
+                f'{further.folder}: sensor "{item.name}" differs from that of {campaign.folder}: give it another name'
             )
     sensors = (*campaign.sensors, *(item for item in further.sensors if item.name not in own))
     number = {item.name: place for place, item in enumerate(sensors)}

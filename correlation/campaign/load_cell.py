@@ -76,12 +76,12 @@ def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor], names: 
         if is_unread(name):
             continue
         if quantity.get(name) != LOAD_CELL:
-            raise table.problem("cells", f'"{name}" is no [[sensor]] with quantity = "{LOAD_CELL}": add one')
+            raise table.problem("cells", f'"{name}" is not a [[sensor]] with quantity = "{LOAD_CELL}": add one')
         # Both forces are sums of the two readings: amplitudes without phases and unknown gains have none.
         if not (named[name].has_phase and named[name].calibrated):
             word = "calibrated" if named[name].has_phase else "phase"
             raise table.problem(
-                "cells", f'sensor "{name}" has {word} = false: forces follow from complex newtons alone'
+                "cells", f'sensor "{name}" has {word} = false: contact forces need complex readings in newtons'
             )
     forces = {}
     for component in ("tangential", "normal"):
@@ -90,7 +90,8 @@ def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor], names: 
             continue
         if quantity.get(name) != component:
             raise table.problem(
-                component, f'is no [[sensor]] with quantity = "{CONTACT_FORCE}" and component = "{component}": add one'
+                component,
+                f'is not a [[sensor]] with quantity = "{CONTACT_FORCE}" and component = "{component}": add one',
             )
         if not named[name].has_phase:
             raise table.problem(component, f'sensor "{name}" has phase = false: remove that, load cells give the phase')
@@ -99,7 +100,7 @@ def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor], names: 
         table.converted("dead_weight", lambda value: read_si_quantity(value, "N"), 0.0) if side == "blade" else None
     )
     if weight == 0.0:
-        raise table.problem("dead_weight", "is needed for a line on the blade: give what pulls the damper")
+        raise table.problem("dead_weight", "is needed for a line on the blade: give the force that pulls the damper")
     pair = LoadCellPair(
         cells=(cells[0], cells[1]),
         **forces,

@@ -254,7 +254,7 @@ def _check_names(tables: Sequence[TomlTable], mistakes: CampaignMistakes) -> Non
         if not isinstance(name, str):
             continue  # a mistake that is noted where the table is read
         if name in names:
-            mistakes.add(str(table.problem("name", "two have this name; give each a name of its own")))
+            mistakes.add(str(table.problem("name", "two have this name; give each its own name")))
         names.add(name)
 
 
@@ -330,7 +330,7 @@ def _read_toml(folder: Path) -> TomlTable:
         )
         raise CampaignError(f'there is no {MANIFEST} in "{folder}"; give the folder of a campaign{draft}') from None
     except UnicodeDecodeError:
-        raise CampaignError(f"{MANIFEST}: is no text in UTF-8; save it as UTF-8") from None
+        raise CampaignError(f"{MANIFEST}: is not text in UTF-8; save it as UTF-8") from None
     except OSError as error:
         raise CampaignError(f"{MANIFEST}: cannot be read ({error.strerror}); check its permissions") from None
     except tomllib.TOMLDecodeError as error:
@@ -339,4 +339,4 @@ def _read_toml(folder: Path) -> TomlTable:
     except RecursionError:
         raise CampaignError(f"{MANIFEST}: its brackets are nested too deeply; correct them") from None
     except ValueError:  # Python's own limit
-        raise CampaignError(f"{MANIFEST}: holds a number of thousands of digits; shorten it") from None
+        raise CampaignError(f"{MANIFEST}: has a number with thousands of digits; shorten it") from None

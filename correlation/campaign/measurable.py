@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 #: Least and greatest size of a reading that is not zero [its unit].
 MIN_READING, MAX_READING = 1e-30, 1e30
 REMEDY = (
-    f"no reading is that size ({MIN_READING:g} to {MAX_READING:g}): is the file damaged? Export it again, "
+    f"readings do not have that size ({MIN_READING:g} to {MAX_READING:g}): is the file damaged? Export it again, "
     "or leave the row out"
 )
 

@@ -115,7 +115,7 @@ def _has(table: TomlTable, file: MeasuredFile, column: Column, value: object) ->
             raise table.problem("rows", f'"{column.name}" of {file.path.name} is never {value!r}; it has {listed}')
         return np.asarray(column.values == column.words.index(str(value)))
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise table.problem("rows", f'"{column.name}" = {value!r} is no number: give the value that its rows have')
+        raise table.problem("rows", f'"{column.name}" = {value!r} is not a number: give a value that its rows have')
     there = np.isclose(column.values, value, rtol=1e-9, atol=0.0)
     if not there.any():
         listed = ", ".join(f"{item:g}" for item in np.unique(column.values[np.isfinite(column.values)])[:8].real)

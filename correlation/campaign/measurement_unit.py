@@ -76,7 +76,7 @@ def find_base_unit(unit: str) -> tuple[float, str]:
     for si in ("m", "m/s", "m/s^2", "N", "V", "s", "rad", "Hz"):
         if find_root_units(unit)[1] == find_root_units(si)[1]:
             return find_si_factor(unit, si), si
-    raise ValueError(f'"{unit}" is no unit of a time record; give one such as "m", "m/s", "m/s^2", "N", "V" or "s"')
+    raise ValueError(f'"{unit}" is not a unit of a time record; give one such as "m", "m/s", "m/s^2", "N", "V" or "s"')
 
 
 def read_si_quantity(value: object, si: str) -> float:

@@ -101,7 +101,7 @@ def _wrong(campaign: Campaign) -> str | None:
     table = campaign.measurement
     for called in ([item.name for item in campaign.sensors], [item.name for item in campaign.tests]):
         if len(set(called)) < len(called):
-            return f"two of whose sensors or tests are called alike ({', '.join(called)}): give each a name of its own"
+            return f"two of whose sensors or tests have the same name ({', '.join(called)}): give each its own name"
     lengths = {item.name: np.shape(getattr(table, item.name)) for item in fields(table)}
     if len(set(lengths.values())) > 1:
         return f"whose columns have the shapes {lengths}: give each one value per row"
@@ -112,9 +112,9 @@ def _wrong(campaign: Campaign) -> str | None:
         return "with a level or frequency that is not positive, or a value that is not finite: leave such rows out"
     ranges = ((table.test, len(campaign.tests)), (table.sensor, len(campaign.sensors)))
     if any(((index < 0) | (index >= count)).any() for index, count in ranges) or (table.harmonic < 0).any():
-        return "with a row of no test, sensor or harmonic that it has: number them from 0"
+        return "with a row whose test, sensor or harmonic does not exist: number them from 0"
     if not np.isin(table.sweep, list(SWEEPS)).all():
-        return f"with a sweep that is none of {', '.join(map(str, SWEEPS))}: correct it"
+        return f"with a sweep other than {', '.join(map(str, SWEEPS))}: correct it"
     if len(table) and campaign.held_out.rows(table).all():
-        return "that holds out everything: leave levels and repeats to train on"
+        return "with all data held out: leave levels and repeats to train on"
     return None

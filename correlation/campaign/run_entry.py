@@ -140,7 +140,7 @@ def read_run(table: TomlTable, sensors: Collection[str] | None, tests: Collectio
     table.known.update(("rows", "missing"))  # taken with the file
     table.finish()
     if entry.frequency is not None and "time" not in own:
-        raise table.problem("frequency", "is a number for a steady state over time; this run has a column of it")
+        raise table.problem("frequency", "is for a steady state over time only; this run has a column of frequencies")
     if entry.repeat < 0:
         raise table.problem("repeat", "must be 0 or more")
     if not 1 <= entry.harmonics <= 50:
@@ -155,17 +155,20 @@ def _refuse_stepped(
     for name in STEPPED:
         if name in own:
             remedy = "remove it" if name == "order" else f"give {name} of the run"
-            raise columns.problem(name, f"is no column of a steady state over time: {remedy}")
+            raise columns.problem(name, f"is not a column of a steady state over time: {remedy}")
     for name, entries in signals.items():
         if len(entries) > 1 or entries[0].harmonic != 1:
-            wanted = "names a harmonic: all are read from one column over time; give it, and harmonics of the run"
+            wanted = (
+                "names a harmonic, but all are read from one column over time: give that column, and harmonics of the "
+                "run"
+            )
             raise columns.problem(name, wanted, show=False)
 
 
 def _read_levels(table: TomlTable, own: Collection[str]) -> tuple[float, ...]:
     values = table.take("levels", list, [])
     if values and ("time" in own or "level" in own or "level" in table.values):
-        why = "is for the sweeps of a stepped sine whose level is given in no other way: remove it, or the other"
+        why = "is for sweeps of a stepped sine without another level: remove it, or the other one"
         raise table.problem("levels", why, show=False)
     return tuple(_check_level(table, "levels", value) for value in values)
 

@@ -197,8 +197,11 @@ def _note_branches(entry: RunEntry, levels: Real) -> Suspicion:
     listed = ", ".join(f"{level:g}" for level in np.unique(levels))
     return Suspicion(
         where=entry.file, remark=True,
-        sentence=f"two passes at the level {listed} differ where they overlap: they are read as branches, the one that "
-        "begins at lower frequencies as swept up, the other one as swept down; name a column of sweeps if they are not",
+        sentence=(
+            f"two passes at the level {listed} differ where they overlap: they are read as branches, the one that "
+            "begins at lower frequencies as the sweep up, the other one as the sweep down; if this is wrong, name a "
+            "column of sweeps"
+        ),
     )  # fmt: skip
 
 
@@ -289,8 +292,8 @@ def _suspect_steady_state(entry: RunEntry, result: Harmonics, amplitude: float) 
     if len(share) and share.max() > DISTORTED:
         order = int(np.argmax(share)) + 2
         sentence = (
-            f"the force has {100 * share.max():.0f} % of harmonic {order}: a drive that clips, or a stinger that "
-            "pushes back; the model's force is a sine of its fundamental"
+            f"the force has {100 * share.max():.0f} % of harmonic {order}: the drive clips, or the stinger reacts; the "
+            "model has the fundamental of the force only"
         )
         suspicions.append(Suspicion(where=entry.file, sentence=sentence))
     if not result.settled:
@@ -307,7 +310,7 @@ def _split_passes(entry: RunEntry, file: MeasuredFile, frequency: Real) -> tuple
         column = file.column(next(iter(entry.own["sweep"].columns.values())))
         for word in column.words or ("numbers",):
             if word.lower() not in SWEEP_WORDS:
-                raise entry.own["sweep"].problem(f'"{word}" is no sweep: its rows must say up, down or none')
+                raise entry.own["sweep"].problem(f'"{word}" is not a sweep: write up, down or none')
         sweep = np.array([SWEEP_WORDS[word.lower()] for word in column.words])[column.values.astype(np.int64)]
         return sweep, number_stated_passes(frequency, sweep)
     sweep, of_pass = find_passes(frequency)
@@ -332,7 +335,7 @@ def _force(entry: RunEntry, file: MeasuredFile, units: RunUnits) -> Complex[NDAr
     value = force.complex_values(file, units.level_si) * force.peak(units.peak)
     if (np.abs(value) == 0).any():
         row = int(np.argmax(np.abs(value) == 0))
-        raise entry.own["force"].problem(f"is 0 at row {row + 1} of {file.path.name}: leave out what was not driven")
+        raise entry.own["force"].problem(f"is 0 at row {row + 1} of {file.path.name}: leave out rows without a drive")
     if (beyond := is_beyond(value)).any():
         row = int(np.argmax(beyond))
         raise entry.own["force"].problem(f"is {abs(value[row]):g} at row {row + 1} of {file.path.name}: {REMEDY}")

@@ -48,7 +48,7 @@ def _read_properties(table: TomlTable, quantity: str) -> dict[str, Any]:
         raise table.problem("uncertainty", "must not be negative")
     calibrated = table.take("calibrated", bool, True)
     if calibrated and "reading_unit" in table.values:
-        raise table.problem("reading_unit", f"has a meaning with calibrated = false alone: a {quantity} is in SI")
+        raise table.problem("reading_unit", f"needs calibrated = false: a {quantity} is in SI")
     return {
         "uncertainty": uncertainty,
         "calibrated": calibrated,
@@ -73,9 +73,9 @@ def _position(table: TomlTable) -> dict[str, Any]:
     if inclination:
         toward = table.choice("toward", tuple(axis for axis in DIRECTIONS[:3] if axis != direction))
         if not 0 < inclination <= MOST_INCLINED:
-            raise table.problem("inclination", 'give an angle above 0 and up to "80 deg", and turn direction instead')
+            raise table.problem("inclination", 'give an angle above 0 and up to "80 deg", and change direction instead')
     elif "toward" in table.values:
-        raise table.problem("toward", 'has no meaning without inclination = "3 deg": add it, or remove toward')
+        raise table.problem("toward", 'needs an inclination such as "3 deg": add it, or remove toward')
     return {
         "direction": direction,
         "place": place,

@@ -193,7 +193,7 @@ class SignalEntry:
             return 1.0
         unit = self.unit or column.unit
         if not unit:
-            remedy = f'write {{ column = "{column.name}", unit = "{si}" }} with the unit that it is in'
+            remedy = f'write {{ column = "{column.name}", unit = "{si}" }} with the unit of its values'
             if self.sensitivity:
                 remedy = f'add unit = "V", a multiple, "{COUNT}" or "{STRAIN}", as it is in, beside its sensitivity'
             raise self.problem(f'"{column.name}" of {file.path.name} has no unit: {remedy}')
@@ -262,7 +262,7 @@ def read_sign(table: TomlTable) -> int:
 def _require_measurable(entry: SignalEntry, file: MeasuredFile, column: Column) -> None:
     wrong = np.flatnonzero(~np.isfinite(column.values))
     if len(wrong) == len(column.values):
-        raise entry.problem(f'"{column.name}" of {file.path.name} holds no number: a dead channel; remove its entry')
+        raise entry.problem(f'"{column.name}" of {file.path.name} contains no number: a dead channel; remove its entry')
     if len(wrong):
         raise entry.problem(
             f'"{column.name}" of {file.path.name} is not finite at {len(wrong)} of {len(column.values)} rows, first '

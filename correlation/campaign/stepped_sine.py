@@ -139,7 +139,7 @@ def _index(table: CsvTable, name: str, known: Mapping[str, int]) -> Int[NDArray[
             close = difflib.get_close_matches(word, known, 1)
             where = "" if name == "sweep" else f" of {MANIFEST} for this file"
             hint = f'; did you mean "{close[0]}"?' if close else f": give one of {', '.join(known)}"
-            raise table.problem(column.index(word), f'{name} = "{word}" is no {name}{where}{hint}')
+            raise table.problem(column.index(word), f'{name} = "{word}" is not a {name}{where}{hint}')
     return np.array([known[word] for word in column], dtype=np.int64)
 
 
@@ -179,7 +179,7 @@ def _refuse_contact_when_free(
     free = np.array([item.configuration == "free" for item in manifest.tests])
     contact = np.array([item.quantity == CONTACT_FORCE for item in manifest.sensors])
     wrong = free[test] & contact[sensor]
-    _refuse(table, "sensor", wrong, "measures a contact, but the test is of the structure free of contacts: remove it")
+    _refuse(table, "sensor", wrong, "measures a contact, but the test is of the structure without contacts: remove it")
 
 
 def _refuse_duplicates(table: CsvTable, measurement: Measurement, order: Sequence[int] | NDArray[np.int64]) -> None:

@@ -83,7 +83,8 @@ class TimeRecord:
             return self
         if rows.sum() < 2:
             raise CampaignError(
-                f'record "{self.name}" goes from {self.time[0]:g} to {self.time[-1]:g} s: start and end leave nothing'
+                f'record "{self.name}" goes from {self.time[0]:g} to {self.time[-1]:g} s: start and end leave no '
+                "samples"
             )
         return replace(self, time=self.time[rows], values=self.values[:, rows])
 
@@ -144,7 +145,7 @@ def make_record_of_columns(
             f'record "{name}": units names no channel of {file.path.name}: add one, such as acc = "g_n"'
         )
     if force is not None and force not in channels:
-        raise CampaignError(f'record "{name}": force = "{force}" is no channel: add {force} = "N" to its units')
+        raise CampaignError(f'record "{name}": force = "{force}" is not a channel: add {force} = "N" to its units')
     values, si = [], []
     for column in channels:
         try:

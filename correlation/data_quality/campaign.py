@@ -94,7 +94,7 @@ def _suspect_phases(campaign: Campaign) -> Iterator[Suspicion]:
                     f"imag {np.exp(imag * growth):.3g} times"
                 )
         elif np.abs(value.imag).max() > IMAGINARY_RATIO * value.real.max():
-            evidence = f"imag reaches {np.abs(value.imag).max() / value.real.max():.3g} times what real does"
+            evidence = f"imag reaches {np.abs(value.imag).max() / value.real.max():.3g} times real"
         if evidence:
             yield Suspicion(
                 where=_name_channel(campaign, test, sensor),
@@ -129,7 +129,7 @@ def _suspect_sensors_at_one_place(campaign: Campaign) -> Iterator[Suspicion]:
         if len(names) > 1:
             where = f'at "{spot}"' if isinstance(spot, str) else "at one point"
             apart = all(len(test.intersection(names)) < 2 for test in _group_sensors(campaign))
-            unless = "they are one sensor in several tests" if apart else "they do stand there"
+            unless = "they are one sensor in several tests" if apart else "they are mounted there"
             yield Suspicion(
                 where=f"sensors {', '.join(names)}",
                 sentence=f"all read the {quantity} {where} along {direction}: give each its own place or "
@@ -163,7 +163,7 @@ def _suspect_copied_channels(campaign: Campaign, dead: Bool[NDArray[np.bool_], "
             yield Suspicion(
                 where=_name_channel(campaign, test, sensor),
                 sentence=f"{copies} of {pairs} pairs of repeats agree in every digit: are they copies? "
-                "Noise is taken from the repeats; measure them, or write more digits",
+                "Noise is estimated from the repeats; measure them, or write more digits",
             )
 
 
@@ -295,8 +295,8 @@ def _suspect_sweeps(campaign: Campaign) -> Iterator[Suspicion]:
             if step.sum() >= 3 and wrong > 0.5 * step.sum():
                 yield Suspicion(
                     where=f'test "{test.name}"',
-                    sentence=f"in sweeps {SWEEPS[sweep]} the frequency goes the other way, by the column order, "
-                    f"in {wrong} of {step.sum()} steps: are up and down mixed up?",
+                    sentence=f"in sweeps {SWEEPS[sweep]} the frequency goes in the other direction, by the column "
+                    f"order, in {wrong} of {step.sum()} steps: are up and down exchanged?",
                 )
 
 

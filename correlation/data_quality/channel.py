@@ -79,7 +79,7 @@ def _suspect_phase(sensor: str, spreads: dict[str, float]) -> Suspicion:
     # Where a phase is in radians once, it is nothing else elsewhere: that of the force may add to it.
     in_radians = any(AS_RADIANS[0] < item < AS_RADIANS[1] for item in degrees)
     asked = (
-        "was it read in radians that are called degrees? If so, write rad as the unit of the phase"
+        "is it in radians but declared in degrees? If so, write rad as the unit of the phase"
         if in_radians
         else "were amplitudes written with a fixed phase? If so, write phase = false for the sensor"
     )
@@ -87,8 +87,10 @@ def _suspect_phase(sensor: str, spreads: dict[str, float]) -> Suspicion:
     changes = " and ".join(format_number(item) for item in degrees)
     return Suspicion(
         where=f'test{"s" if len(spreads) > 1 else ""} {tests}, sensor "{sensor}"',
-        sentence=f"the phase changes by {changes} deg over the half-power width of a resonance, where it should by 90: "
-        f"{asked}",
+        sentence=(
+            f"the phase changes by {changes} deg over the half-power width of a resonance, where about 90 deg are "
+            f"expected: {asked}"
+        ),
     )
 
 
@@ -152,6 +154,6 @@ def _suspect_settling(campaign: Campaign) -> Iterator[Suspicion]:
             where=where, of_time=True,
             headline=f"{where} changed from repeat to repeat, which the case does not explain",
             sentence=f"from repeat {drift.repeat[0]} to {drift.repeat[-1]} the responses change in one direction, "
-            f"{listed}: do they still settle? If so, they are no repeats: write settling = true for the test, and the "
-            "late ones alone are used",
+            f"{listed}: do they still settle? If so, they are not repeats: write settling = true for the test, and "
+            "only the late ones are used",
         )  # fmt: skip

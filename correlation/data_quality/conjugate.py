@@ -53,8 +53,10 @@ def find_conjugate_tests(
         if (judged := _judge(scaled[here], predicted[here])) and judged[0] == CONJUGATE:
             yield Suspicion(
                 where=f'test "{test.name}"',
-                sentence=f"{_describe_evidence(judged, 'the model')}: do the numbers belong to the other time factor? "
-                "If so, change the sign in convention.time of the manifest",
+                sentence=(
+                    f"{_describe_evidence(judged, 'the model')}: do the numbers have the other time convention? If so, "
+                    "change the sign in convention.time of the manifest"
+                ),
                 of_test=True,
             )
             continue
@@ -74,8 +76,8 @@ def find_conjugate_tests(
                 where=f'test "{test.name}"',
                 sentence=f"the phases of all sensors agree with the model to {turned.agreement:.2f} (1 is perfect), "
                 f"and within {left:.2g} deg if each is turned by {angle:+.0f} deg, which is "
-                f"{abs(angle) / 360e-3 / middle:.2g} ms at {middle:.4g} Hz: are they relative to the force, and is it "
-                "sampled with them, through equal filters? If not, subtract its phase",
+                f"{abs(angle) / 360e-3 / middle:.2g} ms at {middle:.4g} Hz: are they relative to the force, and "
+                "sampled at the same time through equal filters? If not, subtract the phase of the force",
                 of_test=True,
             )
             continue
@@ -88,8 +90,8 @@ def find_conjugate_tests(
             if quantity and agreement is not None:
                 yield Suspicion(
                     where=where,
-                    sentence=f"the phases agree with the model to {agreement:.2f} (1 is perfect); by these and by "
-                    f"their size, the numbers are those of {quantity}: are they, and called {sensor.quantity}? If so, "
+                    sentence=f"the phases agree with the model to {agreement:.2f} (1 is perfect); by phase and size, "
+                    f"the numbers are those of {quantity}: are they declared as {sensor.quantity} by mistake? If so, "
                     "correct the quantity of the sensor",
                 )
             elif judged:
@@ -155,5 +157,5 @@ def _describe_evidence(judged: tuple[str, float, float], reference: str) -> str:
 
 def _format_question(explanation: str) -> str:
     if explanation == CONJUGATE:
-        return "do these numbers belong to the other time factor? If so, change the sign of their imaginary parts"
+        return "do these numbers have the other time convention? If so, change the sign of their imaginary parts"
     return "was the sensor mounted the other way round, or its cable reversed? If so, change the sign of its values"

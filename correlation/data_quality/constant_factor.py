@@ -101,7 +101,7 @@ def _find_common_factor(campaign: Campaign, readings: _Readings, sensors: list[i
         asked, correction = _format_question(true, read, "their"), "correct the column unit"
         if factor in AMPLITUDES:  # convention.amplitude is that of the force as well: their ratio stays
             asked = f"are the responses {true} values, and the forces {read}?"
-            correction = "convert either of them, and state which both are in convention.amplitude"
+            correction = "convert one of them, and state the common convention in convention.amplitude"
         yield Suspicion(
             where="all sensors",
             sentence=f"each reads {np.exp(np.median(factors)):.3g} times what the model says, at all levels and "
@@ -125,7 +125,9 @@ def _find_channel_factor(campaign: Campaign, readings: _Readings, sensors: list[
         close = min(max(WITHIN * fit, FACTOR_TOLERANCE), NEAR * known) if nearest in units else FACTOR_TOLERANCE
         if known > BESIDE * fit and abs(factor - np.log(nearest)) < close:
             ten = np.log(10) * np.sign(factor)
-            alike = " A range or gain that is ten times another looks alike." if abs(factor - ten) < close else ""
+            alike = (
+                " A range or gain that is wrong by a factor of ten looks the same." if abs(factor - ten) < close else ""
+            )
             yield Suspicion(
                 where=f'sensor "{campaign.sensors[sensor].name}"',
                 sentence=f"it reads {np.exp(factor):.3g} times what the model says, at all levels and frequencies, and "

@@ -58,7 +58,7 @@ def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
             yield Suspicion(
                 where=f'test "{test.name}", sensor "{campaign.sensors[sensors[place]].name}"',
                 sentence=f"its readings at all frequencies and levels are {_describe_change(factors, repeats)}, and "
-                "those of the other sensors are not: was its gain set anew? If so, correct its readings in these "
+                "those of the other sensors are not: was its gain changed? If so, correct its readings in these "
                 "repeats",
             )
         if together := _find_factors(np.delete(share, [*own], axis=0).reshape(-1, len(repeats))):
@@ -67,7 +67,7 @@ def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
             yield Suspicion(
                 where=f'test "{test.name}"',
                 sentence=f"motions at all frequencies and levels are {_describe_change(together, repeats)}{course}: "
-                "does a gain or the force drift? A strength is then known no better than that",
+                "does a gain or the force drift? Strengths are then no more accurate than this",
             )
 
 

@@ -182,6 +182,6 @@ def _suspect_clipping(forces: Mapping[float, Forces], unit: str) -> Iterator[tup
             yield (
                 level,
                 f"the measured force is at most {largest:.4g} {unit}, {largest / level:.0%} of its set point, where "
-                f"the level {lowest:.4g} {unit} has {usual:.0%}; {flat} of {len(forces[level])} readings stand at this "
-                "limit: does the drive clip? A force that clips is no sine, and the model's is",
+                f"the level {lowest:.4g} {unit} has {usual:.0%}; {flat} of {len(forces[level])} readings are at this "
+                "limit: does the drive clip? The model assumes a sinusoidal force",
             )

@@ -30,7 +30,7 @@ def _name_state(campaign: Campaign, branches: Branches, frequency: float) -> str
 def _describe_state(branches: Branches, state: int) -> str:
     if branches.is_empty[state]:
         return (
-            f"repeats scatter far more than at the frequencies beside it: {CAUSES}; the point is left out of every fit"
+            f"repeats scatter far more than at neighbouring frequencies: {CAUSES}; the point is left out of every fit"
         )
     curves, there = branches.curves, np.isfinite(branches.curves.value[:, state])
     ways_of: dict[tuple[tuple[int, ...], bool], list[str]] = {}

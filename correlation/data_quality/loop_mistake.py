@@ -47,7 +47,7 @@ def find_loop_mistake(model: Model, loop: ForceLoop) -> Iterator[Suspicion]:
     # If the middle of the strokes was taken as zero, the displacement has no offset.
     moved = abs(offsets[0]) > MIN_DEVIATION * first.amplitude[0]
     read = f"{-offsets[0]:.3g} m and {-offsets[1]:.3g} N" if moved else f"{-offsets[1]:.3g} N"
-    at_rest = f"without its offset of {read}: do its sensors read this at rest? If so, take it off"
+    at_rest = f"without its offset of {read}: do its sensors read this at rest? If so, subtract it"
     questions = {
         (scale, NONE): f"with {change}: are they {units}? If so, correct the unit of their column"
         for scale, (change, units) in UNITS.items()

@@ -38,8 +38,9 @@ def find_turned_runs(campaign: Campaign) -> Iterator[Suspicion]:
             where=f'test "{test.name}"',
             sentence=f"{len(turned)} of {len(pairs)} times all phases of a run differ from those of another run at its "
             f"level by one angle, up to {np.degrees(np.abs(angles).max()):.0f} deg, and agree within "
-            f"{np.degrees(np.median(left)):.2g} deg once they are turned by it: they do not count from the force. Was "
-            "its phase not measured, or with the other sign? Give it, or else write phase = false for the sensors",
+            f"{np.degrees(np.median(left)):.2g} deg once they are turned by it: the phases are not relative to the "
+            "force. Was its phase not measured, or measured with the opposite sign? Give it, or write phase = false "
+            "for the sensors",
             of_test=True,
         )
 

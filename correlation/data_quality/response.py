@@ -74,8 +74,8 @@ def _suspect_frequency_unit(model: Model, name: str, modes: Sequence[MeasuredMod
     return [
         Suspicion(
             where=name,
-            sentence=f"its modes at {listed} Hz are {wrong.words} those of the model, and none is near one as it is: "
-            f'is the frequency in {wrong.likely}? If so, say unit = "{wrong.likely}" for its column',
+            sentence=f"its modes at {listed} Hz are {wrong.words} those of the model, and none is near one as stated: "
+            f'is the frequency in {wrong.likely}? If so, write unit = "{wrong.likely}" for its column',
         )
     ]
 

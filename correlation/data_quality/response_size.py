@@ -155,9 +155,9 @@ def _suspect_quantity(response: MeasuredResponse, stated: str, power: int, ratio
     also = f" that is {format_times(ten)} as large" if ten else ""
     return Suspicion(
         where=response.name,
-        sentence=f"the residues of its modes beside those of the model go with omega^{power} and are turned by "
-        f"{90 * power:+d} deg: are these numbers a {true}{also}, and called {stated}? If so, correct the quantity of "
-        "the sensors",
+        sentence=f"the ratio of the residues of its modes to those of the model varies with omega^{power} and has a "
+        f"phase of {90 * power:+d} deg: are these numbers a {true}{also}, declared as {stated}? If so, correct the "
+        "quantity of the sensors",
     )
 
 

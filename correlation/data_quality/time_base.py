@@ -49,8 +49,10 @@ def find_wrong_time_base(model: Model, decay: FreeDecay) -> Iterator[Suspicion]:
     if result is not None:
         yield Suspicion(
             where=decay.name,
-            sentence=f"its modes are at {_list(measured)} Hz, and {both}: each is {result:.4g} times one of these, and "
-            f"none is near one as it is: {TIME_BASE_MISTAKES[result]}? If so, correct the unit or the rate of its time",
+            sentence=(
+                f"its modes are at {_list(measured)} Hz, and {both}: each is {result:.4g} times one of these, and none "
+                f"is near one as stated: {TIME_BASE_MISTAKES[result]}? If so, correct the unit or the rate of its time"
+            ),
         )
     elif lost.any():
         yield Suspicion(

@@ -45,17 +45,18 @@ def find_trend_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
             yield Suspicion(
                 where=f'test "{test.name}"', of_time=True,
                 headline=f'test "{test.name}" changed from repeat to repeat, which the case does not explain',
-                sentence=f"{_describe(campaign, trend)}. Repeats that differ at random do so in "
-                f"{chance} of tests: did the structure change during the test, by wear, warming up or a bolt that "
-                "loosens? Then their mean is of no structure: compare the first and the last repeats apart",
+                sentence=f"{_describe(campaign, trend)}. Random differences between repeats do so in "
+                f"{chance} of tests: did the structure change during the test, by wear, warming or a loosening bolt? "
+                "Then their mean describes no single structure: compare the first and the last repeats separately",
             )  # fmt: skip
         elif n_repeat < ENOUGH_REPEATS and trend.chance <= by_order and trend.size >= LARGE:
             yield Suspicion(
                 where=f'test "{test.name}"', of_time=True, remark=True,
-                headline=f'whether the structure changed during test "{test.name}" is open',
-                sentence=f"{_describe(campaign, trend)}. If so large differences between repeats are random, as of "
+                headline=f'whether the structure changed during test "{test.name}" is not clear',
+                sentence=f"{_describe(campaign, trend)}. If such large differences between repeats are random, as by "
                 f"preloads, {n_repeat} of them do so in {chance} of tests; if not, the structure changed during the "
-                f"test, and their mean is of none: {ENOUGH_REPEATS - n_repeat} more repeats would tell",
+                f"test, and their mean describes no single state: {ENOUGH_REPEATS - n_repeat} more repeats would "
+                "decide",
             )  # fmt: skip
 
 

@@ -171,7 +171,7 @@ def _suspect_levels(campaign: Campaign, runs: _Runs, motions: Bool[NDArray[np.bo
 def _describe_level(campaign: Campaign, test: int, ratio: float, power: int) -> Suspicion:
     stated = campaign.drive.unit
     unit = LEVEL_UNITS.get(stated, {}).get(power)
-    asked = f"is its level in {unit} instead of {stated}" if unit else "is its level in another unit than it says"
+    asked = f"is its level in {unit} instead of {stated}" if unit else "is its level in another unit than stated"
     length = name_length(power, {sensor.quantity for sensor in campaign.sensors if not sensor.unit.startswith("rad")})
     columns, other = ("", "") if not length else (" or those of the columns", f", or {length}")
     return Suspicion(
@@ -200,9 +200,7 @@ def _describe_channel(
         evidence.append(f"and itself {own} in {_describe_right_runs(campaign, runs, elsewhere, test)}")
     units = ROTATIONS if of.unit.startswith("rad") else UNITS[of.quantity]
     unit = units.get(round(ratio))
-    asked = (
-        f"are its values in {unit} instead of {of.unit}?" if unit else "are its values in another unit than it says?"
-    )
+    asked = f"are its values in {unit} instead of {of.unit}?" if unit else "are its values in another unit than stated?"
     part = "".join(_describe_runs(runs, chosen, test, sensor, campaign.drive.unit))
     return Suspicion(
         where=f'test "{campaign.tests[test].name}", sensor "{of.name}"',

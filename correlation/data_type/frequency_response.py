@@ -123,7 +123,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
         remarks=remarks + _describe_gaps(value[:, there], sensors),
     )
     if response.level is not None and test < 0:
-        raise table.problem("level", "makes steady states of the response: name their test as well")
+        raise table.problem("level", "turns the response into steady states: name their test as well")
     table.finish()
     return read_modes(response, sensors, context.analyse)
 
@@ -137,7 +137,9 @@ def _read_window(table: TomlTable) -> tuple[Window, float]:
         decay = 1 / table.converted("exponential_window", _time_constant)
         if "level" in table.values:
             raise table.problem(
-                "level", "makes steady states of the response, which is one of decays: leave out level", show=False
+                "level",
+                "turns the response into steady states, but it is estimated from decays: leave out level",
+                show=False,
             )
     return window, decay
 
@@ -205,7 +207,7 @@ def _describe_gaps(value: Complex[NDArray[np.complex128], "c f"], sensors: Seque
     if len(sensors) > 1:
         sentence += (
             f"; the modes are fitted to the {there.all(axis=0).sum()} lines where all sensors have one: give a sensor "
-            "that lacks many an [[frf]] of its own"
+            "that lacks many its own [[frf]]"
         )
     return (sentence,)
 

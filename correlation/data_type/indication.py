@@ -81,5 +81,5 @@ def name_causes(indications: Sequence[Indication]) -> str:
     elif slides:
         causes.append("work that grows nearly in proportion to the amplitude is a sign of friction that slides")
     if not slides and ("work", True) in clear:
-        causes.append("work that the model does not take up is a sign of friction or damping that it lacks")
+        causes.append("work that the model does not dissipate is a sign of friction or damping that it lacks")
     return "; ".join(causes)

@@ -46,8 +46,8 @@ def read_loop(table: TomlTable, context: DataContext) -> ForceLoop:
     if not loops.plateaus:
         raise table.problem(
             "file",
-            "has no two neighbouring periods of one amplitude, and no period at whose end displacement and force are "
-            "where they began: a loop must settle; record more",
+            "has no two consecutive periods of equal amplitude, and no closed period: a loop must settle; record "
+            "longer",
         )
     level = None
     if line is not None:

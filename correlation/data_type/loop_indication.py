@@ -69,7 +69,7 @@ def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: S
                 quantity="force after a reversal", kind="play",
                 difference=(float(np.median(dwell)) - of_model) / max(least, scatter),
                 measured=f"stays near zero over {factor * float(np.median(dwell)):.2g} {unit}, and resists with "
-                f"{format_number(float(np.median(force)), 3)} N in the mean over the rest of the way",
+                f"{format_number(float(np.median(force)), 3)} N on average over the rest of the stroke",
                 predicted=f"does so over {factor * of_model:.2g} {unit}",
             )
         )  # fmt: skip

@@ -119,7 +119,7 @@ def describe_periods(loop: ForceLoop) -> str:
     sentence = f"{len(loops.amplitude) - len(left)} of {len(loops.amplitude)} periods are used, of {used}"
     if len(left):
         span = f"{left.min():.3g}" if len(left) == 1 else f"{left.min():.3g} to {left.max():.3g}"
-        sentence += f"; {len(left)} of {span} {unit} do not close, or their amplitude has just been reached"
+        sentence += f"; {len(left)} of {span} {unit} do not close, or follow a change of amplitude"
     if abs(loop.removed_middle) > MIN_DEVIATION * loops.plateaus[0].amplitude[0]:
         unit, factor = length_unit(abs(loop.removed_middle))
         sentence += f"; the middle of the strokes, {factor * loop.removed_middle:.3g} {unit}, is taken as zero"

@@ -84,7 +84,7 @@ def read_mode(table: TomlTable, context: DataContext) -> MeasuredMode:
     known = {sensor.name for sensor in context.sensors}
     for sensor, value in shape.items():
         if sensor not in known:
-            raise table.problem("shape", f'"{sensor}" is no [[sensor]]: add one, or remove it', show=False)
+            raise table.problem("shape", f'"{sensor}" is not a [[sensor]]: add one, or remove it', show=False)
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise table.problem("shape", f"{sensor} = {value!r} must be a number", show=False)
     if len(shape) == 1:

@@ -128,7 +128,7 @@ def _fits_conjugate(
         return ""
     listed = ", ".join(f"{frequency:.4g}" for frequency in result.frequency[:4])
     return (
-        f"with the other sign of the imaginary parts {len(result.frequency)} modes at {listed} Hz leave "
-        f"{np.median(result.residual):.0%} of the responses, and as they are none fits: do the numbers belong to the "
-        "other time factor? If so, change convention.time of the manifest"
+        f"with the opposite sign of the imaginary parts, {len(result.frequency)} modes at {listed} Hz fit with a "
+        f"residual of {np.median(result.residual):.0%}; as stated, none fits: do the numbers have the other time "
+        "convention? If so, change convention.time of the manifest"
     )

@@ -92,11 +92,11 @@ class FreeDecay:
         """Suspicions about the record, in words."""
         size = float(np.ptp(self.signal)) / 2 if len(self.signal) else 0.0
         clipped = describe_clipping(self.signal[self.time >= self._start])
-        result = [f"{clipped}, which spoils frequency and damping: give a later start"] if clipped else []
+        result = [f"{clipped}, which distorts frequency and damping: give a later start"] if clipped else []
         if self.unit == "m" and size >= LARGEST:
             result.append(
-                f"its displacement is {size:.4g} m: are these the numbers of a recorder? Frequency and damping go with "
-                "the amplitude: give its unit or sensitivity"
+                f"its displacement is {size:.4g} m: are these raw values of a recorder? Frequency and damping depend "
+                "on the amplitude: give its unit or sensitivity"
             )
         return tuple(result)
 
@@ -110,7 +110,7 @@ class FreeDecay:
         """Remarks on how the record is read."""
         clipped: tuple[str, ...] = ()
         if (before := describe_clipping(self.signal)) and not describe_clipping(self.signal[self.time >= self._start]):
-            read = f"it is read from {self._start:.4g} s on, and what larger amplitudes show is lost"
+            read = f"it is read from {self._start:.4g} s on, and larger amplitudes are lost"
             clipped = (f"{before}; {read}: measure with a wider range",)
         of_modes = dict.fromkeys(text for mode in self.modes for text in mode.remarks)
         return (*note_rounded_time(self.time), *clipped, *of_modes)
@@ -144,7 +144,7 @@ def _read(table: TomlTable, context: DataContext, analyse: Callable[..., tuple[R
     if not sensor.calibrated:
         raise table.problem(
             "sensor",
-            "is not calibrated: frequency and damping go with the amplitude, which must be in SI; calibrate it",
+            "is not calibrated: frequency and damping depend on the amplitude, which must be in SI; calibrate it",
         )
     columns = table.table("columns")
     time, value = read_signal(columns, "time"), read_signal(columns, "value")

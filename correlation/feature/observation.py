@@ -241,7 +241,7 @@ def split_held_out(campaign: Campaign) -> tuple[Observation, Observation]:
     fitted, tested = _split_parts(campaign)
     if not len(tested.points):
         raise CampaignError(
-            f"{campaign.folder}: nothing is held out, so that neither a fit nor an effect can be tested: "
+            f"{campaign.folder}: nothing is held out, so neither a fit nor an effect can be tested: "
             "name a level or a repeat under "
             "[held_out]"
         )

@@ -213,8 +213,8 @@ class _Level:
         )
         if whose:
             return (
-                f"the {' and the '.join(whose)} {where} ends in a jump, or the sweeps differ there: neither of two "
-                "branches shows a damping ratio by its width"
+                f"the {' and the '.join(whose)} {where} ends in a jump, or the sweeps differ there: the width of a "
+                "single branch does not give a damping ratio"
             )
         try:
             result = read_peaks(
@@ -223,7 +223,10 @@ class _Level:
         except CampaignError:
             result = None
         if result is None or result.damping > MOST_DAMPED:
-            return f"the measured {where} has not the shape of one mode, which frequency and damping are read from"
+            return (
+                f"the measured {where} does not have the shape of a single mode, from which frequency and damping are "
+                "read"
+            )
         return PeakError(free=self.free, level=self.level, sensor=sensor, mode=mode, **vars(result))
 
 

@@ -92,7 +92,7 @@ def fit_resonance(
     centre, floor = 1 - b / (2 * a), c - b**2 / (4 * a)
     if a <= 0 or floor <= 0 or centre <= 0:
         raise CampaignError(
-            f"the peak at {frequency[peak]:.6g} Hz is no resonance of one mode; measure more points around it"
+            f"the peak at {frequency[peak]:.6g} Hz is not the resonance of a single mode; measure more points around it"
         )
     # |1/X|^2 ~ (x0 - x)^2 + 4 zeta^2 x0 x = (x - centre)^2 + floor: at x = 0 it is x0^2.
     x0 = np.sqrt(centre**2 + floor / a)

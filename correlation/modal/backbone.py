@@ -53,7 +53,7 @@ def fit_peak(
     usable = np.isfinite(response) & np.isfinite(frequency) & (np.abs(response) > 0)
     order = np.flatnonzero(usable)[np.argsort(frequency[usable])]
     if len(order) < PARABOLA:
-        raise CampaignError(f"{len(order)} points are no resonance: measure three or more around the peak")
+        raise CampaignError(f"{len(order)} points do not determine a resonance: measure three or more around the peak")
     lines, values = frequency[order], np.abs(response[order]) / (2 * np.pi * frequency[order]) ** DERIVATIVE[quantity]
     chosen = find_peak(lines, values.astype(complex))
     best = np.array(fit_resonance(lines, values.astype(complex), chosen))

@@ -133,7 +133,7 @@ def fit_modes(
     data, fit = choose_modes(data, select_modes(diagram), n_mode, window)
     if not len(fit.poles):
         raise CampaignError(
-            f"no mode between {lines[0]:.6g} and {lines[-1]:.6g} Hz stands out of the noise: choose another "
+            f"no mode between {lines[0]:.6g} and {lines[-1]:.6g} Hz exceeds the noise: choose another "
             "band, or name "
             "the number of modes (n_mode)"
         )
@@ -145,7 +145,7 @@ def _count_derivatives(quantity: str | Sequence[str], n_sensor: int) -> Powers:
     quantities = [quantity] * n_sensor if isinstance(quantity, str) else list(quantity)
     for item in quantities:
         if item not in DERIVATIVE:
-            raise CampaignError(f'"{item}" is no quantity of a frequency response: give {", ".join(DERIVATIVE)}')
+            raise CampaignError(f'"{item}" is not a quantity of a frequency response: give {", ".join(DERIVATIVE)}')
     if len(quantities) != n_sensor:
         raise CampaignError(f"{len(quantities)} quantities for {n_sensor} responses: give one, or one for each")
     return np.array([DERIVATIVE[item] for item in quantities], dtype=np.int64)
@@ -209,8 +209,8 @@ def _describe(
         lag = np.angle(residues[driving_point] * 1j)
         suspicions += [
             f"mode at {size[k] / (2 * np.pi):.6g} Hz: the residue at the driving point has a phase of "
-            f"{format_number(np.degrees(lag[k]), 3)} deg "
-            "beside that of a structure with proportional damping: the force or its sign is not at this sensor"
+            f"{format_number(np.degrees(lag[k]), 3)} deg relative to that of a structure with proportional damping: "
+            "the force acts elsewhere, or has the opposite sign"
             for k in np.flatnonzero(np.abs(lag) > np.pi / 4)
         ]
     if (poles.real >= 0).any():
@@ -276,6 +276,6 @@ def _describe_unresolved(
         if count < FEW_LINES:
             yield (
                 f"the mode at {abs(pole) / (2 * np.pi):.6g} Hz has {format_number(count)} lines of {step:.4g} Hz "
-                "within its half-power bandwidth: too few to tell one mode from two; its damping stems from the shape "
-                "of the window: measure longer blocks"
+                "within its half-power bandwidth: too few to separate one mode from two; the window determines its "
+                "damping: measure longer blocks"
             )

@@ -164,8 +164,9 @@ def _require_noise(observed: Observation, features: FeatureVector, noise: Varian
         row = features.row[unknown[0]]
         test = name_configuration(observed.points.free[row])
         raise CampaignError(
-            f'sensor "{observed.points.sensor[row]}", harmonic {observed.points.harmonic[row]}, {test} test: there is '
-            "one repeat of too few frequencies to see its noise: repeat the test, or state the noise of the sensor "
+            f'sensor "{observed.points.sensor[row]}", harmonic {observed.points.harmonic[row]}, {test} test: a '
+            "single repeat with too few frequencies does not show its noise: repeat the test, or state the noise of "
+            "the sensor "
             '(noise = "1 %")'
         )
 

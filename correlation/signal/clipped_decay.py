@@ -34,7 +34,7 @@ def describe_clipping(values: Samples) -> str:
     for name, size in reversed(ends):
         if count := _count_flat(size):
             at = " and ".join(f"{value:.6g}" for value in {"upper": [high], "lower": [low]}.get(name, [high, low]))
-            return f"{count} samples of its first periods stand at the {name} end, {at}, exactly: the signal is clipped"
+            return f"{count} samples of its first periods are at the {name} end, {at}, exactly: the signal is clipped"
     return ""
 
 

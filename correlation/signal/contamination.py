@@ -80,14 +80,14 @@ def find_contamination(
             ratio = tone[0] / frequency[0]
             kind = "a subharmonic or combination tone" if abs(2 * ratio - round(2 * ratio)) < 0.02 else "hum or a beat"
             result.append(
-                f"{name}: what the harmonics leave has a tone at {tone[0]:.5g} Hz ({ratio:.4g} times the "
+                f"{name}: the residual of the harmonics has a tone at {tone[0]:.5g} Hz ({ratio:.4g} times the "
                 f"frequency) of {tone[1] / amplitude:.2g} of the amplitude: {kind}"
             )
         for side, sign in (("upper", 1.0), ("lower", -1.0)):
             flat = _clipped(sign * values)
             if flat:
                 result.append(
-                    f"{name}: {flat} samples, {flat / len(values):.2g} of all, stand at the {side} end "
+                    f"{name}: {flat} samples, {flat / len(values):.2g} of all, are at the {side} end "
                     f"{sign * (sign * values).max():.6g} exactly: "
                     "the signal is clipped, and its amplitude is a lower bound"
                 )

@@ -112,7 +112,7 @@ def find_decay(
     quiet = float(np.median(values[-max(len(values) // 10, 8) :]))
     size = np.abs(values - quiet)
     if not size.max() > 0:
-        raise CampaignError(f"the signal is {values[0]:.6g} throughout: there is no decay in it")
+        raise CampaignError(f"the signal is {values[0]:.6g} throughout: it contains no decay")
     first = int(np.flatnonzero(size >= AT_RELEASE * size.max())[-1])
     if start is not None:
         first = int(np.searchsorted(time, start))
@@ -126,7 +126,7 @@ def find_decay(
     power, line, noise = _compute_spectrum(part, step)
     top = int(np.argmax(power))
     if power[top] < STANDS_OUT * np.median(power):
-        raise CampaignError("nothing oscillates after the release: no line stands out of the spectrum")
+        raise CampaignError("nothing oscillates after the release: the spectrum has no dominant line")
     modes = tuple(float(item) for item in frequencies) if frequencies is not None else (float(line[top]),)
     skip = 0 if start is not None else min(round(0.5 / min(modes) / step), len(part) - 32)
     n_left = len(part) - skip
@@ -143,7 +143,7 @@ def find_decay(
     for one, other in pairwise(sorted(modes)):
         if other - one < resolved:
             raise CampaignError(
-                f"modes at {one:.6g} and {other:.6g} Hz are nearer than the {1 / resolved:.3g} s before the noise "
+                f"modes at {one:.6g} and {other:.6g} Hz are closer than the {1 / resolved:.3g} s above the noise can "
                 f"resolve, {resolved:.3g} Hz: name one of them"
             )
     return replace(decay, values=decay.values[:longest])

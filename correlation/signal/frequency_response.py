@@ -196,7 +196,7 @@ def _read_excitation(excitation: Excitation | str) -> Excitation:
         return Excitation(excitation)
     except ValueError:
         names = ", ".join(f'"{item.value}"' for item in Excitation)
-        raise CampaignError(f'"{excitation}" is no excitation: give {names}') from None
+        raise CampaignError(f'"{excitation}" is not an excitation: give {names}') from None
 
 
 def _cut_blocks(

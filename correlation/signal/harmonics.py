@@ -172,7 +172,7 @@ class DriftingFit:
         suspicions = [
             f"{names[row]}: harmonic {largest[row]} changes by {relative[row].real:+.2g} of its amplitude and "
             f"{relative[row].imag:+.2g} rad over half of the record ({drift[row] / noise[row]:.3g} standard "
-            "deviations): it has not settled, or its frequency is another"
+            "deviations): it has not settled, or its frequency is wrong"
             for row in np.flatnonzero(unsettled).tolist()
         ]
         moved = channels - channels.mean(axis=1, keepdims=True)
@@ -286,7 +286,7 @@ def find_frequency(time: Samples, channels: Channels) -> float:
     power[line < FEWEST_PERIODS / span] = 0.0
     top = int(np.argmax(power))
     if power[top] < 30 * np.median(power):
-        raise CampaignError("no frequency stands out of the record: name it")
+        raise CampaignError("the record has no dominant frequency: name it")
     for divisor in (3, 2):
         near = np.abs(line - line[top] / divisor) < 1.0 / span
         beside = np.abs(line - line[top] / divisor) < 8.0 / span

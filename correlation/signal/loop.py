@@ -378,11 +378,12 @@ def _list_suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[P
         )
     if not plateaus:
         suspicions.append(
-            "no two neighbouring periods have one amplitude, and no single one closes: there is no settled loop"
+            "no two consecutive periods have equal amplitude, and no single period closes: there is no settled loop"
         )
     if _has_negative_work(table, plateaus):
         suspicions.append(
-            "the loops run the other way round, as if the joint gave energy: one of the signals has the wrong sign"
+            "the loops run in the opposite direction, as if the joint supplied energy: one of the signals has the "
+            "wrong sign"
         )
     apart = [
         mean for mean, deviation in (plateau.closing_error for plateau in plateaus)

@@ -46,7 +46,7 @@ def check_channels(values: Any, what: str = "values") -> Channels:
         row, sample = wrong[0]
         raise CampaignError(
             f"{what}: sample {sample} of channel {row} is {channels[row, sample]}, and {len(wrong)} samples in total "
-            "are no numbers: cut the record before them, or repeat the measurement"
+            "are not numbers: cut the record before them, or repeat the measurement"
         )
     return channels
 
@@ -67,7 +67,7 @@ def check_time(time: Any, n_sample: int, fewest: int = 4) -> Samples:
     if n_sample < fewest:
         raise CampaignError(f"the record has {n_sample} samples: at least {fewest} are needed")
     if not np.isfinite(instants).all():
-        raise CampaignError(f"the time of sample {int(np.argmin(np.isfinite(instants)))} is no number: correct it")
+        raise CampaignError(f"the time of sample {int(np.argmin(np.isfinite(instants)))} is not a number: correct it")
     step = np.diff(instants)
     if (step <= 0).any():
         if (clock := recover_time_base(instants)) is not None:

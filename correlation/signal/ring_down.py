@@ -156,9 +156,9 @@ def analyse_ring_down(
     remarks = [f"{fault}, and is left out" for fault in best.faults]
     if later is not None:
         remarks.append(
-            f"the decay is read from {best.decay.start:.4g} s on: before, no modes that decay freely describe it, as "
-            "where the drive is still on or several modes slip at once; "
-            f'start = "{later:.10g} s" in the manifest keeps it so'
+            f"the decay is read from {best.decay.start:.4g} s on: before that it is not a "
+            "free decay of modes: the drive may still be on, or several modes may slip at once; "
+            f'start = "{later:.10g} s" in the manifest keeps this choice'
         )
     modes = [replace(mode, remarks=tuple(remarks)) for mode in best.modes]
     return tuple(sorted(modes, key=lambda mode: float(mode.frequency[-1])))
@@ -208,7 +208,7 @@ def _describe_duplicate(mode: RingDown, fitted: Sequence[RingDown]) -> str:
         near = float(np.median(other.frequency))
         rate = float(np.median(mode.frequency * mode.damping_ratio) + np.median(other.frequency * other.damping_ratio))
         if other is not mode and abs(own - near) < rate / 2 and other.amplitude[0] > WEAK * mode.amplitude[0]:
-            return f"cannot be told from one at {near:.4g} Hz"
+            return f"cannot be separated from one at {near:.4g} Hz"
     return ""
 
 
@@ -223,7 +223,7 @@ def cut_decay(
 ) -> Decay:
     """Cut out the decay that `analyse_ring_down` fits, with its checks; takes a small part of the time of the fit."""
     if quantity not in DERIVATIVE:
-        raise CampaignError(f'"{quantity}" is no quantity of a ring-down: give {", ".join(DERIVATIVE)}')
+        raise CampaignError(f'"{quantity}" is not a quantity of a ring-down: give {", ".join(DERIVATIVE)}')
     channel = check_channels(values)
     if len(channel) != 1:
         raise CampaignError(f"values have shape {np.shape(values)}: give the samples of one channel, shape (n,)")

@@ -83,8 +83,8 @@ def fit_steady_state(
     suspicions = [
         *described.suspicions,
         *(
-            f"{words[row]}: what the harmonics leave fades by {relative[row]:.2g} of the amplitude within the part "
-            "used: a motion from before has not decayed"
+            f"{words[row]}: the residual of the harmonics decays by {relative[row]:.2g} of the amplitude within the "
+            "part used: an earlier transient has not decayed"
             for row in np.flatnonzero(relative > SETTLED)
         ),
     ]

@@ -126,7 +126,7 @@ def _fill_normal_force(normal_force: Any | None, n: int) -> Samples:
         )
     if not np.median(normal) > 0:
         raise CampaignError(
-            f"the median of the normal force is {np.median(normal):.6g} N: compression is positive, turn its sign"
+            f"the median of the normal force is {np.median(normal):.6g} N: compression is positive, change its sign"
         )
     return normal
 
@@ -146,7 +146,7 @@ def _make_stick_slip(
     stiffness, friction, unslipped, offset, _ = resolution.numbers().tolist()
     if not stiffness > 0:
         raise CampaignError(
-            "the force acts with the displacement instead of against it: turn the sign of one of them (sign = -1)"
+            "the force acts with the displacement instead of against it: change the sign of one of them (sign = -1)"
         )
     low, high = _compute_intervals(resolution)
     deviation = resolution.draws.std(axis=0).tolist()
@@ -157,8 +157,8 @@ def _make_stick_slip(
     if not resolution.resolved:
         high[0] = np.inf
         words.append(
-            "parts of the contact slip as soon as the motion turns, too early to tell their stiffness: the tangential "
-            "stiffness is a lower bound"
+            "parts of the contact slip right after each reversal, too early to identify their stiffness: the "
+            "tangential stiffness is a lower bound"
         )
     normal = float(np.average(loop.normal, weights=loop.weight))
     gross = bool(unslipped < SLIPS * stiffness)
@@ -174,7 +174,7 @@ def _make_stick_slip(
         words.append(
             f"{unslipped / stiffness:.2g} of the stiffness, {unslipped:.4g} N/m, never slips within "
             f"+-{1e6 * half:.4g} um: gross slip is not reached, and the largest force is a lower bound of friction; or "
-            "a spring of that stiffness stands beside the contact, and is part of the tangential stiffness"
+            "a spring of that stiffness acts in parallel to the contact, and is part of the tangential stiffness"
         )
         force, coefficient = _lower_bounds(loop, resolution, deviation[3])
     return StickSlip(

@@ -147,7 +147,7 @@ def predict_rates(
         begin = np.vstack([begin, basis])
     value = _integrate(driven, [matrices, *rates], begin)
     if value is None:
-        raise ArithmeticError(f'the model runs away in record "{driven.record.name}"')
+        raise ArithmeticError(f'the response of the model diverges in record "{driven.record.name}"')
     return value[1:]
 
 

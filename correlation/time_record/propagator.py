@@ -133,8 +133,9 @@ def _check_memory(joints: Sequence[Joint]) -> None:
     for joint in joints:
         if joint.n_slider or len(joint.directions) > 1:
             raise ModelDefinitionError(
-                f'joint "{joint.name}" ({joint.kind}) acts along several rows, or has sliders whose first positions '
-                "no record tells: fit records of a model with springs, stops and dampers, or measure steady states"
+                f'joint "{joint.name}" ({joint.kind}) acts along several rows, or has sliders whose initial '
+                "positions are unknown: fit records of a model with springs, stops and dampers, or measure steady "
+                "states"
             )
 
 

@@ -123,14 +123,14 @@ def list_effects(
     ]
     for kind in sorted(without):
         if kind not in known:
-            raise EffectError(f'"{kind}" is no kind of effect: leave out any of {", ".join(known)}')
+            raise EffectError(f'"{kind}" is not a kind of effect: leave out any of {", ".join(known)}')
     size = measure_scale(model, level=level, configurations=configurations)
     listed = [item for kind in kinds if kind.name not in without for item in list_checked(kind, model, size)]
     listed += [item for item in more if isinstance(item, Untestable) or item.kind not in without]
     names: set[str] = set()
     for item in listed:
         if item.name in names:
-            raise EffectError(f'two effects are called "{item.name}": give each a name of its own')
+            raise EffectError(f'two effects are called "{item.name}": give each its own name')
         names.add(item.name)
     return Catalogue(
         candidates=tuple(item for item in listed if not isinstance(item, Untestable)),
@@ -177,5 +177,5 @@ def _from(extra: Extra, model: Model) -> Iterable[Effect | Untestable]:
         result: Iterable[Effect | Untestable] = offered(model)
         return result
     if not hasattr(extra, "apply"):
-        raise EffectError(f"{extra!r} is no effect: give effects, or paths of files that offer some")
+        raise EffectError(f"{extra!r} is not an effect: give effects, or paths of effect files")
     return [extra]  # type: ignore[list-item]

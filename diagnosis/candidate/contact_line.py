@@ -84,7 +84,7 @@ def _list_line_ratios(
     if not lines:
         return [Untestable(name=kind, reason="the model has no contact lines")]
     if len(lines) == 1:
-        reason = f"the model has no other line: its common {kind} is calibrated"
+        reason = f"the model has only one contact line: its {kind} is calibrated"
         return [Untestable(name=f"{kind} of {lines[0]}", reason=reason)]
     parameter = EffectParameter(name="ratio", unit="-", lower=0.2, upper=5.0, typical=1.1, vanishes=1.0)
     pairs = [(lines[0], lines[1])] if len(lines) == 2 else [(line, "") for line in lines]
@@ -92,7 +92,7 @@ def _list_line_ratios(
     for line, other in pairs:
         name = f"{kind} of {line}" + (f" against {other}" if other else "")
         if not any(getattr(contact, quantity) for item in (line, other) for contact in find_contacts(model, item)):
-            result.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
+            result.append(Untestable(name=name, reason="it is zero in the model, and a ratio cannot change zero"))
             continue
         effect = LineRatio(
             name=name, kind=kind, physics=physics, signature=signature, line=line, other=other, quantity=quantity,

@@ -45,7 +45,9 @@ class EffectParameter:
                 f"{self.lower:g} to {self.upper:g} {self.unit}"
             )
         if self.typical == self.vanishes:
-            raise EffectError(f"{self.name} = {self.typical:g} {self.unit} is both typical and no effect")
+            raise EffectError(
+                f"{self.name} = {self.typical:g} {self.unit} is both the typical value and the one without effect"
+            )
 
     @property
     def is_ratio(self) -> bool:

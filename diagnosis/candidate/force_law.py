@@ -76,7 +76,7 @@ class PowerLaw(SpringLaw):
     """Power of the replaced effect [-]."""
     kind: str = "power law"
     physics: str = "The force grows with another power of the displacement."
-    signature: str = "The resonance moves with another power of the amplitude."
+    signature: str = "The resonance frequency shifts with another power of the amplitude."
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """One joint more."""
@@ -104,8 +104,8 @@ class ClearanceLaw(SpringLaw):
     sides: tuple[float, ...]
     """Directions of the row in which it acts, 1 and -1 [-]."""
     kind: str = "clearance"
-    physics: str = "A stop or a play: a spring acts beyond a clearance alone."
-    signature: str = "The resonance stays until the clearance is used up, and then rises."
+    physics: str = "A stop or backlash: a spring acts only beyond a clearance."
+    signature: str = "The resonance frequency is constant until the motion exceeds the clearance, and then rises."
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """A joint more for each side."""
@@ -136,8 +136,10 @@ class EvenLaw(SpringLaw):
     """f = k u^2; k is fitted."""
 
     kind: str = "even law"
-    physics: str = "A spring that is stiffer on one side, as of a bent or a preloaded structure."
-    signature: str = "The resonance falls with the square of the amplitude; the mean and the second harmonic move."
+    physics: str = "A spring that is stiffer on one side, as in a bent or preloaded structure."
+    signature: str = (
+        "The resonance frequency falls with the square of the amplitude; a mean and a second harmonic appear."
+    )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """One joint more."""
@@ -152,7 +154,7 @@ class EvenLaw(SpringLaw):
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
         """The factor with its 95 % interval."""
         factor = _format_value(values[0], deviations[0], self.parameters[0].unit)
-        return f"a force with the square of the displacement, {factor}"
+        return f"a force proportional to the square of the displacement, {factor}"
 
 
 def _format_value(value: float, deviation: float, unit: str) -> str:

@@ -62,7 +62,7 @@ def find_moving_places(
 ) -> tuple[list[Place], list[Untestable]]:
     """Places where an effect can act, and effects at other places with the reason why they cannot be tested."""
     if not model.places:
-        return [], [Untestable(name=kind, reason="the model names no place: give places as rows over its DOFs")]
+        return [], [Untestable(name=kind, reason="the model has no named places: give places as rows over its DOFs")]
     rows = [*model.places.values(), *(item.row for item in model.sensors if isinstance(item, Sensor))]
     result: list[Place] = []
     left: list[Untestable] = []

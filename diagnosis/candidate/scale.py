@@ -124,7 +124,7 @@ def measure_scale(
             raise EffectError(f"level = {item:g} N must be positive: give the highest force level of the tests")
     for item in levels:
         if item not in CONFIGURATIONS:
-            raise EffectError(f'"{item}" is no configuration: give any of {", ".join(CONFIGURATIONS)}')
+            raise EffectError(f'"{item}" is not a configuration: give any of {", ".join(CONFIGURATIONS)}')
     free = "free" in levels and model.lines
     result = [find_resonance(model.without_contacts().system, levels["free"])] if free else []
     jointed = find_resonance(model.system, levels.get("jointed", level))

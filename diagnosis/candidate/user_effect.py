@@ -172,7 +172,7 @@ def read_effects(path: str | Path) -> EffectSource:
     """
     file = Path(path).expanduser().resolve()
     if file.suffix != ".py" or not file.is_file():
-        raise EffectError(f"{path} is no Python file of effects: give the path of one, such as effects/tip_stop.py")
+        raise EffectError(f"{path} is not a Python file of effects: give the path of one, such as effects/tip_stop.py")
     module = _call_foreign(lambda: _load_module(file), str(file), "it")
     kinds: list[EffectKind] = getattr(module, KINDS)
     offer = getattr(module, "candidates", None)
@@ -181,7 +181,7 @@ def read_effects(path: str | Path) -> EffectSource:
             origin=str(file), offer=lambda model: [e for kind in kinds for e in kind.candidates(model, None)]
         )
     if not callable(offer):
-        raise EffectError(f"{file} offers no effects: {OFFER}")
+        raise EffectError(f"{file} defines no effects: {OFFER}")
     return EffectSource(origin=str(file), offer=offer)
 
 
@@ -224,7 +224,7 @@ def _make_module_name(file: Path) -> str:
 def _restored(origin: str, pickled: bytes) -> OwnEffect:
     if PREFIX.encode() in pickled:
         read_effects(origin)
-    effect = _call_foreign(lambda: pickle.loads(pickled), origin, "an effect that was stored when the file was another")
+    effect = _call_foreign(lambda: pickle.loads(pickled), origin, "an effect stored with another version of the file")
     return OwnEffect(effect=effect, origin=origin)
 
 

@@ -10,7 +10,7 @@ def list_wires(model: Model, kind: str) -> tuple[dict[str, Wire], list[Untestabl
         return {}, [Untestable(name=kind, reason="the model has no dead weights")]
     wires = {name: item.wire for name, item in model.dead_weights.items() if item.wire is not None}
     left = [
-        Untestable(name=f"{kind} of {name}", reason="the model does not tell how its load changes with its place")
+        Untestable(name=f"{kind} of {name}", reason="the model does not define how its load changes with its position")
         for name in model.dead_weights
         if name not in wires
     ]

@@ -48,8 +48,8 @@ class FarResonance(NamedTuple):
         off = 100 * (self.nearest / self.measured - 1)
         return (
             f"The model is not close enough to be diagnosed: the {self.configuration} structure has a resonance near "
-            f"{self.measured:.4g} Hz, and the nearest one of the calibrated model, at {self.nearest:.4g} Hz, is "
-            f"{off:+.2g} % off."
+            f"{self.measured:.4g} Hz, and the nearest one of the calibrated model, at {self.nearest:.4g} Hz, differs "
+            f"by {off:+.2g} %."
         )
 
 
@@ -66,8 +66,8 @@ class AbsentPeak(NamedTuple):
         """The absent resonance in a sentence."""
         return (
             f"The model is not close enough to be diagnosed: the calibrated model has a resonance near "
-            f"{self.predicted:.4g} Hz in the {self.configuration} structure, and what was measured from "
-            f"{self.lower:.4g} to {self.upper:.4g} Hz has none. Measure a wider band, or correct the model."
+            f"{self.predicted:.4g} Hz in the {self.configuration} structure, but the responses measured from "
+            f"{self.lower:.4g} to {self.upper:.4g} Hz have none. Measure a wider band, or correct the model."
         )
 
 
@@ -144,8 +144,8 @@ def describe_beyond_priors(beyond_priors: Sequence[str], effect: str = "") -> st
     """Sentence about the parameters beyond their priors, with an added effect if one is given."""
     model = f"Even with {effect} the model" if effect else "The model"
     return (
-        f"{model} differs by more than its priors allow, in {' and '.join(beyond_priors)}, and no known effect "
-        "explains what that leaves. While that holds, nothing tells whether something else is missing."
+        f"{model} differs from the measurements by more than its priors allow, in {' and '.join(beyond_priors)}, and "
+        "no known effect explains the residual. As long as this holds, a missing effect cannot be identified."
     )
 
 

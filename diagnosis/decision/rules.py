@@ -291,12 +291,12 @@ def find_untestable(verdict: Verdict, is_seen: bool) -> Verdict:
     why = ""
     detectable = np.array([*verdict.detectable.values()])
     if not is_seen and (verdict.finding in {Finding.NOTHING, Finding.NOT_CLOSE} or verdict.beyond_priors):
-        why = "no motion stands out of its scatter"
+        why = "no motion exceeds its scatter"
     elif verdict.finding is Finding.NOTHING and len(detectable) and not np.isfinite(detectable).any():
-        why = "no effect would show in them at any strength that it may have"
+        why = "they would not show any effect at any strength within its bounds"
     if not why:
         return verdict
-    reason = f"These measurements cannot tell whether anything is missing: {why}."
+    reason = f"These measurements cannot show whether an effect is missing: {why}."
     return replace(verdict, finding=Finding.NOT_TESTABLE, reason=reason, beyond_priors=())
 
 

@@ -139,8 +139,8 @@ class Verdict(Tabular):
             return self.reason
         if self.finding is Finding.NOT_CLOSE:
             return (
-                "The model is not close enough to be diagnosed: beside noise it errs by "
-                f"{self.model_error_size.words}, and neither calibration nor a known effect explains that."
+                "The model is not close enough to be diagnosed: beyond noise its error is "
+                f"{self.model_error_size.words}, and neither calibration nor a known effect explains it."
             )
         if self.finding is Finding.NOTHING:
             size = self.model_error_size.words
@@ -153,7 +153,7 @@ class Verdict(Tabular):
             where = f": {self.place.sentence}" if self.place is not None else ""
             near = f" {self.nearest.name} comes nearest: {self._fall(self.nearest)}." if self.nearest else ""
             return f"Something is missing, and it is none of the known effects{where}.{near}"
-        alike = f" Others do the same: {', '.join(self.alike)}." if self.alike else ""
+        alike = f" Others explain it as well: {', '.join(self.alike)}." if self.alike else ""
         return f"{self.name_effects(self._format_strength, self._fall(self.effects[0]), 'data')}{alike}"
 
     def name_effects(self, describe: Callable[[Refit], str], fall: str, data: str) -> str:
@@ -173,8 +173,8 @@ class Verdict(Tabular):
             known = self.probabilities if len(self.probabilities) == len(self.effects) else ()
             chances = [f"probability {format_number(100 * item)} %" for item in known] or [""] * len(self.effects)
             claimed = claim(self.effects, [describe(item) for item in self.effects], chances, "or")
-            beside = "".join(f", and beside it {item.name} ({describe(item)})" for item in further)
-            beside += ", or the model errs in a way that looks like one of them" if self.replaces_error else ""
+            beside = "".join(f", and also {item.name} ({describe(item)})" for item in further)
+            beside += ", or a model error resembles one of them" if self.replaces_error else ""
             return f"{claimed}{beside}, and these {data} cannot tell which: {fall}.{self._other_laws}"
         every = [*self.effects, *further]
         doubt = f", or {self._alternative}" if self.finding is Finding.AMBIGUOUS else ""
@@ -186,13 +186,13 @@ class Verdict(Tabular):
         """Words for the alternative to a single named effect that is not confirmed."""
         if self.laws:
             return "another force at its place"
-        return "the model errs in a way that looks like it, which these data cannot tell"
+        return "a model error resembles it, and these data cannot separate the two"
 
     @property
     def _other_laws(self) -> str:
         """Following sentence about other possible laws of the force of the best effect; empty without any."""
         words = " or ".join(law.words for law in self.laws)
-        return f" There it may be {words} as well." if words else ""
+        return f" The force there may also be {words}." if words else ""
 
     @property
     def smallest(self) -> str:

@@ -58,8 +58,8 @@ def describe_law(refit: Refit, law: FittedLaw, baseline: Refit) -> str:
     """Sentence about an unknown force at the place of an effect, with its law."""
     falls = describe_held_out_fall(baseline, law.refit)
     return (
-        f"Something is missing, and it is none of the known effects: near {refit.place}, {law.words}, by which "
-        f"{falls}. Nearest is {refit.name}."
+        f"Something is missing, and it is none of the known effects: near {refit.place}, {law.words}; with it {falls}. "
+        f"The nearest known effect is {refit.name}."
     )
 
 
@@ -69,10 +69,13 @@ def describe_stand_in(name: str, residual: ResidualExplanation, thresholds: Thre
     if residual.gain - thresholds.gain > unknown:
         return (
             f"Something is missing, and no known effect alone explains it: {name} explains most, and "
-            f"{residual.effect_name} much of what it leaves."
+            f"{residual.effect_name} much of the residual."
         )
     left = residual.places[0].sentence
-    return f"Something is missing, and it is none of the known effects: {name} explains most, but leaves {left}."
+    return (
+        f"Something is missing, and it is none of the known effects: {name} explains most, and a residual remains: "
+        f"{left}."
+    )
 
 
 def describe_held_out_error(baseline: Refit) -> str:
@@ -80,12 +83,12 @@ def describe_held_out_error(baseline: Refit) -> str:
     held_out, others = (f"{format_number(100 * error)} %" for error in (baseline.held_out_error, baseline.error))
     if baseline.reduced_chi2_by_noise > UNEXPLAINED_CHI2:
         return (
-            f"Something is missing, and no known effect explains it: the calibrated model errs by {held_out} on the "
-            f"held-out data and by {others} on the others."
+            f"Something is missing, and no known effect explains it: the error of the calibrated model is {held_out} "
+            f"on the held-out data and {others} on the training data."
         )
     return (
-        f"Something is missing that the held-out data alone show: the model errs by {held_out} there and by {others} "
-        "on the others, in which nothing is missing. Hold out other data, so that a fit sees these."
+        f"Something is missing that only the held-out data show: the model error is {held_out} there and {others} on "
+        "the training data, in which nothing is missing. Hold out other data, so that these are fitted."
     )
 
 

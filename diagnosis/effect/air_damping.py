@@ -28,8 +28,8 @@ class AirDamping:
     kind: str = KIND
     physics: str = "The surrounding air drags at this place with the square of the velocity."
     signature: str = (
-        "Damping rises with the amplitude while frequencies stay; a weak third harmonic; the missing force is "
-        "opposite to the velocity (-90 deg to the displacement) with exponent 2; without contacts as well."
+        "The damping ratio rises with the amplitude at constant frequencies; a weak third harmonic appears; the "
+        "missing force opposes the velocity (-90 deg to the displacement) with exponent 2; also without contacts."
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:

@@ -25,10 +25,10 @@ class Compliance:
     part: str
     parameters: tuple[EffectParameter, ...]
     kind: str = KIND
-    physics: str = "The clamp is relaxed: the fixed faces of the part move as one rigid piece on springs."
+    physics: str = "The clamp is compliant: the fixed faces of the part move as one rigid body on springs."
     signature: str = (
-        "Resonances fall by a share of their own at all levels, with contacts and without; most in the modes that "
-        "load the clamp most; without higher harmonics."
+        "Each resonance frequency falls by its own share, equal at all levels, with and without contacts; most in the "
+        "modes that load the clamp most; no higher harmonics."
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
@@ -55,7 +55,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
             name="compliance", unit="m/N", lower=-body.compliance, upper=LARGEST * typical, typical=typical
         )
         result.append(Compliance(name=name, part=part, parameters=(parameter,)))
-    return result or [Untestable(name=KIND, reason="the model does not tell how its supports could give way")]
+    return result or [Untestable(name=KIND, reason="the model does not define a compliance of its supports")]
 
 
 def _compute_typical(resonance: ResonanceModel, body: ElasticBody) -> float | None:

@@ -30,10 +30,12 @@ class Cubic:
     row: Float[NDArray[np.float64], " r"]
     parameters: tuple[EffectParameter, ...]
     kind: str = KIND
-    physics: str = "A spring to the ground hardens (softens, if negative) with the cube of the displacement."
+    physics: str = (
+        "A spring to the ground hardens (softens, if negative): its force grows with the cube of the displacement."
+    )
     signature: str = (
-        "Resonances rise with the square of the amplitude, most at the highest level; third harmonic; the missing "
-        "force is opposite to the displacement (180 deg) with exponent 3; without contacts as well."
+        "Resonance frequencies rise with the square of the amplitude, most at the highest level; a third harmonic "
+        "appears; the missing force opposes the displacement (180 deg) with exponent 3; also without contacts."
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:

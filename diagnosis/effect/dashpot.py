@@ -27,8 +27,8 @@ class Dashpot:
     kind: str = KIND
     physics: str = "A viscous damper to the ground acts at this place: a cable, the coil of a shaker, an oil film."
     signature: str = (
-        "Damping rises by the same amount at all levels; the missing force is opposite to the velocity (-90 deg to "
-        "the displacement), proportional to it (exponent 1), without higher harmonics."
+        "Damping rises by the same amount at all levels; the missing force opposes the velocity (-90 deg to the "
+        "displacement) and is proportional to it (exponent 1), without higher harmonics."
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:

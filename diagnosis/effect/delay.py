@@ -23,11 +23,11 @@ class Delay:
     parameters: tuple[EffectParameter, ...]
     kind: str = KIND
     physics: str = (
-        "The sensor reads a constant time too late, or too early: an anti-alias filter, an amplifier, or a channel "
-        "that is not simultaneous with the force."
+        "The signal of the sensor is delayed or advanced by a constant time: an anti-alias filter, an amplifier, or a "
+        "channel that is not simultaneous with the force."
     )
     signature: str = (
-        "The phase of one sensor alone is off in proportion to the frequency, at all levels, k times as much in "
+        "The phase error of one sensor is proportional to the frequency, equal at all levels, and k times as large in "
         "harmonic k; amplitudes and all other sensors agree."
     )
 

@@ -22,8 +22,8 @@ class Density:
     kind: str = KIND
     physics: str = "The part is heavier or lighter than modelled: another alloy, pores, a coating, or its dimensions."
     signature: str = (
-        "Resonances fall by the same share at all levels; the missing inertia force (0 deg, exponent 1) is spread "
-        "over the part like its mass."
+        "Resonance frequencies fall by the same share at all levels; the missing inertia force (0 deg, exponent 1) is "
+        "spread over the part like its mass."
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:

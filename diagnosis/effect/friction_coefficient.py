@@ -9,8 +9,8 @@ EFFECTS.register(
         "friction_coefficient",
         physics="One contact line has another friction coefficient than the others: wear, oxide, grease.",
         signature=(
-            "Nothing while all contacts stick; at levels that slip the line's tangential force saturates at another "
-            "value, while its normal force stays; nothing without contacts."
+            "No change while all contacts stick; at levels with slip the tangential force of the line saturates at "
+            "another value, while its normal force is unchanged; no change without contacts."
         ),
         order=9,
         acts_by_slip_alone=True,

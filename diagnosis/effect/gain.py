@@ -20,10 +20,10 @@ class Gain:
     sensor: str
     parameters: tuple[EffectParameter, ...] = (RATIO,)
     kind: str = KIND
-    physics: str = "The sensor reads a constant factor too much or too little: its calibration or its amplifier."
+    physics: str = "The sensor reads too much or too little by a constant factor: its calibration or its amplifier."
     signature: str = (
-        "One sensor alone is off by the same factor at all levels, frequencies and harmonics, in phase; all other "
-        "sensors agree."
+        "Only one sensor is wrong, by the same factor at all levels, frequencies and harmonics, and in phase; all "
+        "other sensors agree."
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:

@@ -39,8 +39,8 @@ class Gap:
     kind: str = KIND
     physics: str = "The surfaces are not parallel: a gap opens along the line towards this end, an edge or a rotation."
     signature: str = (
-        "The line's mean normal force falls at all levels and contacts near this end lift off first, so that "
-        "resonances fall early and even harmonics of the normal force appear; nothing without contacts."
+        "The line's mean normal force falls at all levels and contacts near this end lift off first, so that resonance "
+        "frequencies fall early and even harmonics of the normal force appear; no change without contacts."
     )
 
     @property
@@ -74,7 +74,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
             size = size or measure_scale(model)
             closing = max(size.amplitude(item.normal) for item in members)
         if not closing > 0:
-            reason = "the line is not pressed and no force moves it, so that its contacts never close"
+            reason = "the line has no preload and no force moves it, so that its contacts never close"
             result.append(Untestable(name=f"{KIND} of {line}", reason=reason))
             continue
         largest = LARGEST * closing

@@ -34,11 +34,12 @@ class JointParameter:
     parameters: tuple[EffectParameter, ...]
     kind: str = KIND
     physics: str = (
-        "A joint is stiffer, slips at another force or damps more than in the case: bolt force, wear, real area."
+        "A joint is stiffer, slips at another force or dissipates more than in the case: bolt force, wear, real "
+        "contact area."
     )
     signature: str = (
-        "Of a stiffness: resonances are off at all levels; of a limit force: slip begins at another level, and "
-        "frequency and damping change with the level as if all levels were a factor off."
+        "A stiffness: resonance frequencies differ at all levels. A limit force: slip begins at another level, and "
+        "frequency and damping change with the level as if all levels were multiplied by a factor."
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
@@ -51,7 +52,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     """Each parameter of each group of joints, except those that define the form of the law."""
     del size
     if not model.joint_groups:
-        return [Untestable(name=KIND, reason="the model has no joints beside its contact lines")]
+        return [Untestable(name=KIND, reason="the model has no joints besides its contact lines")]
     result: list[Effect | Untestable] = []
     for group in model.joint_groups:
         joints = find_joints(model, group)
@@ -63,7 +64,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
             if parameter.is_form:
                 continue
             if not find_size(joints, parameter.name):
-                result.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
+                result.append(Untestable(name=name, reason="it is zero in the model, and a ratio cannot change zero"))
                 continue
             lower, upper = find_factor_bounds(joints, parameter.name)
             ratio = EffectParameter(
@@ -75,7 +76,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
 
 EFFECTS.register(
     EffectKind(
-        name=KIND, acts_on="joints of no line", physics=JointParameter.physics,
+        name=KIND, acts_on="joints outside contact lines", physics=JointParameter.physics,
         signature=JointParameter.signature, parameters={"ratio": ("-",)}, candidates=candidates, order=13,
         acts_by_slip_alone=True,
     )

@@ -22,10 +22,12 @@ class Lean:
     head: str
     parameters: tuple[EffectParameter, ...] = (ANGLE,)
     kind: str = KIND
-    physics: str = "The head of the laser leans: it reads less of the wanted motion, and some of that across."
+    physics: str = (
+        "The laser head is inclined: it reads less of the intended motion, and a part of the transverse motion."
+    )
     signature: str = (
-        "One sensor alone is off, by a share that is the same at all levels and changes with the shape of the motion; "
-        "stiffnesses read from its loops are off."
+        "Only one sensor is wrong, by a share that is the same at all levels and depends on the deflection shape; "
+        "stiffnesses from its loops are biased."
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
@@ -47,7 +49,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
         if isinstance(sensor, Sensor)
         for head in sensor.heads
     ]
-    return result or [Untestable(name=KIND, reason="the model does not tell how its sensors could lean")]
+    return result or [Untestable(name=KIND, reason="the model does not define how its sensors could be inclined")]
 
 
 EFFECTS.register(

@@ -27,8 +27,8 @@ class PointMass:
     kind: str = KIND
     physics: str = "A point mass moves with this place: a sensor, its cable, or the armature of a shaker."
     signature: str = (
-        "Resonances fall by the same share at all levels, more so at high frequencies; the missing force is in phase "
-        "with the displacement (0 deg), proportional to it (exponent 1), without higher harmonics."
+        "Resonance frequencies fall by the same share at all levels, more so at high frequencies; the missing force is "
+        "in phase with the displacement (0 deg), proportional to it (exponent 1), without higher harmonics."
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:

@@ -27,10 +27,10 @@ class Preload:
     target: str
     parameters: tuple[EffectParameter, ...] = (RATIO,)
     kind: str = KIND
-    physics: str = "The contact line is pressed with another force at rest: bolts, dead weights, assembly."
+    physics: str = "The preload of the contact line differs from the model: bolts, dead weights, assembly."
     signature: str = (
-        "The line's mean normal force is off at all levels; slip and lift-off begin at another level, so that its "
-        "tangential force saturates elsewhere; nothing without contacts."
+        "The mean normal force of the line differs at all levels; slip and lift-off begin at another level, so that "
+        "its tangential force saturates at another value; no change without contacts."
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
@@ -51,7 +51,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
         if target in model.dead_weights or any(item.preload for item in find_contacts(model, target)):
             result.append(Preload(name=name, target=target))
         else:
-            result.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
+            result.append(Untestable(name=name, reason="it is zero in the model, and a ratio cannot change zero"))
     return result
 
 

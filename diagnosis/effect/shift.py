@@ -26,10 +26,13 @@ class Shift:
         EffectParameter(name="shift", unit="m", lower=-FURTHEST, upper=FURTHEST, typical=TYPICAL),
     )
     kind: str = KIND
-    physics: str = "The wire of the dead weight lies beside its place: one contact line of the body bears more of it."
+    physics: str = (
+        "The wire of the dead weight is off its nominal position: one contact line of the body carries more of its "
+        "load."
+    )
     signature: str = (
-        "Mean normal forces of the two lines change against each other at all levels, and their sum stays; responses "
-        "hardly change; nothing without contacts."
+        "Mean normal forces of the two lines change in opposite directions at all levels, and their sum is constant; "
+        "responses hardly change; no change without contacts."
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:

@@ -29,10 +29,10 @@ class LinearSpring:
     row: Float[NDArray[np.float64], " r"]
     parameters: tuple[EffectParameter, ...]
     kind: str = KIND
-    physics: str = "A linear spring holds this place: a stinger, a cable, or a support unlike the modelled one."
+    physics: str = "A linear spring acts at this place: a stinger, a cable, or a support that differs from the model."
     signature: str = (
-        "Resonances rise by the same share at all levels, with contacts and without; the missing force is opposite "
-        "to the displacement (180 deg), proportional to it (exponent 1), without higher harmonics."
+        "Resonance frequencies rise by the same share at all levels, with and without contacts; the missing force "
+        "opposes the displacement (180 deg) and is proportional to it (exponent 1), without higher harmonics."
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:

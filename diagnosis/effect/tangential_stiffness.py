@@ -7,10 +7,13 @@ EFFECTS.register(
     make_line_ratio_kind(
         "tangential stiffness",
         "tangential_stiffness",
-        physics="One contact line has another tangential stiffness than the others: less real area, other asperities.",
+        physics=(
+            "One contact line has another tangential stiffness than the others: smaller real contact area, other "
+            "asperities."
+        ),
         signature=(
-            "The tangential forces of the lines are shared otherwise from the lowest level on, where all contacts "
-            "stick, and alike where they slip; nothing without contacts."
+            "The tangential forces are distributed differently over the lines from the lowest level on, where all "
+            "contacts stick, and equally where they slip; no change without contacts."
         ),
         order=10,
     )

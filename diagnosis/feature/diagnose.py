@@ -203,11 +203,14 @@ def _describe_finding(
     """Finding in words, where no effect is named."""
     size = f"the held-out features differ from the model by {baseline.held_out_error:.2g} standard deviations"
     if finding is Finding.NOTHING:
-        return f"Nothing is missing beyond the deviations of the features: {size}, and no candidate lowers that surely."
+        return (
+            f"Nothing is missing beyond the deviations of the features: {size}, and no candidate lowers this "
+            "significantly."
+        )
     shown, causes = _describe_clearest(clear) or size, name_causes(clear)
     signs = f" {causes[0].upper()}{causes[1:]}." if causes else ""
     if finding is Finding.NOT_CLOSE and off is not None:
-        far = f"its resonance near {off[0]:.3g} Hz is {100 * off[1]:+.2g} % off, which nothing known explains"
+        far = f"its resonance near {off[0]:.3g} Hz is {100 * off[1]:+.2g} % off, which no known effect explains"
         return f"The model is not close enough to be diagnosed: {far}. The data show: {shown}.{signs}"
     missing = "Something is missing, and it is none of the known effects."
     if nearest is not None:

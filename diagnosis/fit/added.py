@@ -31,7 +31,7 @@ class AddedEffect:
                 unit = parameter.unit.replace("-", "")
                 raise EffectError(
                     f'[[added]] effect "{effect.name}": {parameter.name} = {value:.6g} {unit}'.rstrip()
-                    + f" is beyond what a fit to these data tries, {parameter.lower:.4g} to {parameter.upper:.4g}: "
-                    "give a value in between, or make it a [[joint]] of the case"
+                    + f" is outside the bounds of a fit to these data, {parameter.lower:.4g} to {parameter.upper:.4g}: "
+                    "give a value between them, or make it a [[joint]] of the case"
                 )
         return replace(self, effect=effect)

@@ -61,7 +61,7 @@ class CalibrationParameter:
     deviation: float
     parameters: tuple[EffectParameter, ...]
     kind: str = "calibration"
-    signature: str = "It is calibrated with every effect, and with none."
+    signature: str = "It is calibrated together with every effect, and without effects."
 
     #: Whether a case can contain a value of it.
     is_of_case: ClassVar[bool] = True
@@ -171,7 +171,7 @@ def list_calibration_parameters(
     given = dict(deviation or {})
     for name, value in given.items():
         if name not in DEVIATION:
-            raise EffectError(f'"{name}" is no calibration parameter: there are {", ".join(DEVIATION)}')
+            raise EffectError(f'"{name}" is not a calibration parameter: there are {", ".join(DEVIATION)}')
         if not (np.isfinite(value) and value >= 0):
             raise EffectError(f"the deviation of {name} is {value:g}: give a relative standard deviation, such as 0.1")
     return tuple(

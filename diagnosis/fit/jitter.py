@@ -26,7 +26,7 @@ class FrequencyShift:
     configuration: str
     kind: str = "jitter"
     physics: str = "The exciter's frequency, or the temperature, differs from repeat to repeat."
-    signature: str = "All resonances of a test shift alike."
+    signature: str = "All resonance frequencies of a test shift by the same share."
     parameters: tuple[EffectParameter, ...] = (
         EffectParameter(name="shift", unit="-", lower=-MOST_FREQUENCY, upper=MOST_FREQUENCY, typical=TYPICAL),
     )
@@ -49,7 +49,7 @@ class ForceExcess:
     configuration: str
     kind: str = "jitter"
     physics: str = "The amplifier, or the gain of its load cell, drifts from repeat to repeat."
-    signature: str = "All readings of a test grow alike, and slip sets in earlier."
+    signature: str = "All readings of a test grow by the same factor, and slip begins earlier."
     parameters: tuple[EffectParameter, ...] = (
         EffectParameter(name="excess", unit="-", lower=-MOST_FORCE, upper=MOST_FORCE, typical=TYPICAL),
     )
@@ -72,7 +72,7 @@ class PreloadJitter:
     shares: tuple[tuple[str, float], ...]
     name: str
     kind: str = "jitter"
-    physics: str = "Lines are pressed a little differently at each assembly."
+    physics: str = "The preloads of the lines differ a little at each assembly."
     signature: str = "Mean normal forces and the onset of slip shift."
     parameters: tuple[EffectParameter, ...] = (
         EffectParameter(name="amount", unit="-", lower=-MOST_PRELOAD, upper=MOST_PRELOAD, typical=TYPICAL),

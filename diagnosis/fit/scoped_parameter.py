@@ -82,9 +82,11 @@ def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedPa
         lower, upper = BOUNDS["E"]
     else:
         owners = [*model.lines, *model.joint_groups, *(part.name for part in model.parts)]
-        raise EffectError(f'"{name}" is of no line, joint or part: there are {", ".join(owners)}')
+        raise EffectError(f'"{name}" belongs to no line, joint or part of the case: there are {", ".join(owners)}')
     if not size:
-        raise EffectError(f'"{name}" is zero in the case, and a factor leaves it so: leave it out, or give it a value')
+        raise EffectError(
+            f'"{name}" is zero in the case, and a factor cannot change zero: leave it out, or give it a value'
+        )
     return ScopedParameter(
         name=name, physics=f"{key} of {owner}.", deviation=deviation, owner=owner, key=key,
         parameters=(make_factor(name, lower, upper, deviation),),
@@ -93,7 +95,7 @@ def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedPa
 
 def _require_key(name: str, key: str, known: Sequence[str]) -> None:
     if key not in known:
-        raise EffectError(f'"{name}" is no number that can be calibrated there: give one of {", ".join(known)}')
+        raise EffectError(f'"{name}" is not a parameter that can be calibrated there: give one of {", ".join(known)}')
 
 
 def _compute_part_size(model: Model, part: str, key: str) -> float:
@@ -102,8 +104,9 @@ def _compute_part_size(model: Model, part: str, key: str) -> float:
         return float(np.abs(result.mass).max())
     if model.system.structural_damping is not None:
         raise EffectError(
-            f'"{part}.E" cannot be calibrated beside structural damping, whose share of each part is not known: use E'
+            f'"{part}.E" cannot be calibrated together with structural damping, whose share in each part is unknown: '
+            "use E"
         )
     if any(isinstance(sensor, LoadCell) for sensor in model.sensors):
-        raise EffectError(f'"{part}.E" cannot be calibrated beside load cells, which read a stiffness: use E')
+        raise EffectError(f'"{part}.E" cannot be calibrated together with load cells, which read a stiffness: use E')
     return float(np.abs(result.stiffness).max())

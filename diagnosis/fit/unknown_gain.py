@@ -126,8 +126,8 @@ def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: 
         return SensorGains(parameters=_make_parameters({"": gain} | result))
     unit = campaign.drive.unit
     fixed = (
-        f"the gain of the drive [{'N' if campaign.drive.quantity == 'force' else 'm/s^2'} per {unit}] cannot be told "
-        "apart from those of the sensors, since the response of the model is proportional to the force, as far as "
+        f"the gain of the drive [{'N' if campaign.drive.quantity == 'force' else 'm/s^2'} per {unit}] cannot be "
+        "separated from those of the sensors, since the response of the model is proportional to the force, as far as "
         "these data show: it is fixed at 1, and the gains of the sensors are those of sensor and drive together; "
         "calibrate one of them"
     )

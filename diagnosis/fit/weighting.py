@@ -65,8 +65,8 @@ class Measured:
         observed = observed.where(~observed.amplitude_of_noise)
         if not len(observed.points):
             raise CampaignError(
-                "no sensor reads more than noise: amplitudes differ between repeats by as much as they are; measure at "
-                "a higher level, or with phases"
+                "no sensor signal exceeds the noise: amplitudes differ between repeats by as much as their own size; "
+                "measure at a higher level, or with phases"
             )
         features = FeatureVector.choose(
             observed.points, observed.value, observed.motion & observed.above_noise, observed.phased

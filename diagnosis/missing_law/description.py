@@ -88,7 +88,7 @@ def _describe_stiffness(curves: LawCurves) -> tuple[list[str], list[str]]:
         return ["softening"], [f"softening: its secant stiffness falls {numbers} with the amplitude"]
     if low > -MATTERS * most and high < MATTERS * most:
         return [], ["its secant stiffness does not change with the amplitude"]
-    return [], ["these data cannot say whether it hardens or softens"]
+    return [], ["these data do not show whether it hardens or softens"]
 
 
 def _describe_gap(curves: LawCurves) -> tuple[list[str], list[str]]:
@@ -138,13 +138,13 @@ def _compute_residual_sums(
 
 def _describe_sides(curves: LawCurves) -> tuple[list[str], list[str]]:
     if not curves.sees_even:
-        return [], ["these data cannot say whether both sides are alike: measure the mean or the second harmonic"]
+        return [], ["these data do not show whether both sides are equal: measure the mean or the second harmonic"]
     even = (curves.spring_draws + curves.spring_draws[:, ::-1]) / 2
     most = float(np.abs(curves.spring.mean).max())
     low, high = np.quantile(even[:, -1], BAND)
     if low > MATTERS * most or high < -MATTERS * most:
         left = f"{even[:, -1].mean():.3g} {curves.units.force}"
-        return ["asymmetric"], [f"asymmetric: both sides together leave {left}"]
+        return ["asymmetric"], [f"asymmetric: the forces of both sides add up to {left}"]
     return [], []
 
 
@@ -152,10 +152,12 @@ def _describe_work(curves: LawCurves) -> tuple[list[str], list[str]]:
     grid, draws = curves.work.x, curves.work_draws
     whole = np.pi * grid[-1] * max(float(np.abs(loop.force.mean).max()) for loop in curves.loops)
     if not (np.quantile(draws[:, -1], BAND[0]) > LEAST_WORK * whole):
-        return [], ["these data show no dissipation of it"]
+        return [], ["these data show no dissipation"]
     lower = int(np.argmin(np.abs(grid - max(grid[0], LOWER * grid[-1]))))
     if not (np.quantile(draws[:, lower], BAND[0]) > 0) or lower == len(grid) - 1:
-        return ["dissipative"], ["it dissipates; these data cannot say how this grows with the amplitude"]
+        return ["dissipative"], [
+            "it dissipates energy; these data do not show how its work per cycle grows with the amplitude"
+        ]
     # A few draws may have no work.
     ends = np.maximum(draws[:, [lower, -1]], np.finfo(float).tiny)
     exponent = np.log(ends[:, 1] / ends[:, 0]) / np.log(grid[-1] / grid[lower])

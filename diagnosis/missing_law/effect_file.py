@@ -43,7 +43,7 @@ class RecoveredLaw:
     name: str = f"recovered law at {{PLACE}}"
     kind: str = "recovered law"
     physics: str = {physics!r}
-    signature: str = "What the recovered law says."
+    signature: str = "As the recovered law describes."
     parameters: tuple[EffectParameter, ...] = (STRENGTH,)
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:

@@ -163,7 +163,7 @@ def arrange_records(
     except ModelError as error:
         values = zip(unknowns.names, start[train.n_start :], strict=True)
         raise CampaignError(
-            "the model runs away where the fit starts: its values there are "
+            "the response of the model diverges at the start of the fit, with the values "
             + ", ".join(f"{name} {value:.4g}" for name, value in values)
         ) from error
     return RecordArrangement(
@@ -191,7 +191,7 @@ def record_level(base: Model, records: Sequence[TimeRecord]) -> float:
                 if read:
                     levels.append(float(np.abs(values - values.mean()).max() / (abs(sensor.gain) * read)))
     if not levels:
-        raise CampaignError("no record has a channel that a sensor of the model reads and its force moves")
+        raise CampaignError("no record has a channel of a sensor of the model that the force moves")
     return max(levels)
 
 

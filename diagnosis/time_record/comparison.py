@@ -131,7 +131,9 @@ class RecordComparison:
         for item, start in zip(self.drives, self._split(begin), strict=True):
             prediction = predict_record(model, item, start)
             if prediction is None:
-                raise ModelError(f'the model runs away in record "{item.record.name}": give other values')
+                raise ModelError(
+                    f'the response of the model diverges in record "{item.record.name}": give other values'
+                )
             result.append(_weight_values(item, item.measured - prediction))
         return RecordPrediction(starts=begin, residual=np.concatenate(result))
 

@@ -143,7 +143,7 @@ def _describe_finding(finding: Finding, test: HeldOutTest, refits: Sequence[Refi
     """Finding in words, where no effect is named."""
     best = "no candidate would lower it"
     if refits:
-        best = f"the best candidate, {refits[0].name}, leaves {format_number(100 * refits[0].held_out_error)} %"
+        best = f"with the best candidate, {refits[0].name}, it is {format_number(100 * refits[0].held_out_error)} %"
     error = f"the held-out error is {format_number(100 * test.baseline.held_out_error)} %, and {best}"
     noise = 100 * np.sqrt(test.noise)
     noise_text = f"{format_number(noise)} %"

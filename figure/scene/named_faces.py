@@ -69,7 +69,7 @@ def named_faces_picture(
     ]
     marks.append(Marks(label="stations", places=stations, seen_through=THROUGH))
     colouring = Colouring(values=np.zeros(mesh.n_node), limits=(-0.5, len(colours) - 0.5), colour_map=colours)
-    behind = "; pale dots lie behind" if any(len(item.places) for item in marks) else ""
+    behind = "; pale dots are behind" if any(len(item.places) for item in marks) else ""
     note = f"{mesh.n_node} nodes, {mesh.n_cell} elements{behind}"
     caption = Caption(title=title, subtitle="Mesh and named faces", note=note)
     with scene(mesh, colouring, view, layout.body[2:]) as drawn:

@@ -33,7 +33,7 @@ def require_egl() -> None:
         raise MissingSoftware(f"off-screen pictures need libEGL.so.1: install it with `{REMEDY}`") from error
     if _count_devices(egl) == 0:
         raise MissingSoftware(
-            f"off-screen pictures need a driver for EGL, which finds none: install it with `{REMEDY}`"
+            f"off-screen pictures need a driver for EGL, and none was found: install it with `{REMEDY}`"
         )
 
 

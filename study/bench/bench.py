@@ -364,7 +364,7 @@ class Bench:
         if seen is not None and hash_text(read_text(self.case)) != seen:
             raise CaseEditError(
                 f"{self.case.name} was changed since the page showed it, by hand or in another page, and nothing was "
-                "written: look at it as it is now, and click again"
+                "written: check its current state, and click again"
             )
 
     def _written(self, step: HistoryStep) -> CallResult:

@@ -81,7 +81,7 @@ def move_values(unknowns: Unknowns, values: Values, given: Mapping[str, float], 
     moved = np.array(values)
     for name, value in given.items():
         if name not in unknowns.names:
-            raise InputError(f'"{name}" is no parameter of {case}: there are {", ".join(unknowns.names)}')
+            raise InputError(f'"{name}" is not a parameter of {case}: there are {", ".join(unknowns.names)}')
         moved[unknowns.names.index(name)] = value
     return moved
 

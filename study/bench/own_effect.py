@@ -27,7 +27,7 @@ from study.run_context import RunContext
 NAME = re.compile(r"[A-Za-z]\w*\.py", re.ASCII)
 #: Stiffness at which the template is screened, and its largest, as shares of the stiffness of its place [-].
 TYPICAL, LARGEST = 0.01, 10.0
-TEMPLATE = '''"""An effect of your own: say here what it is."""
+TEMPLATE = '''"""An effect of your own: describe it here."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -46,8 +46,8 @@ STIFFNESS = EffectParameter(name="stiffness", unit="N/m", lower=0.0, upper={larg
 class OwnSpring:
     name: str = f"own spring at {{PLACE}}"
     kind: str = "own spring"
-    physics: str = "A spring lies between the place and the ground."
-    signature: str = "Modes in which the place moves are higher, by the same share at all levels."
+    physics: str = "A spring connects the place to the ground."
+    signature: str = "Resonance frequencies of modes that move the place rise by the same share at all levels."
     parameters: tuple[EffectParameter, ...] = (STIFFNESS,)
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
@@ -180,11 +180,13 @@ def save_own_effect(
 
 def _require_name(own: OwnFile, text: str, files: list[str]) -> None:
     if _lies_outside(own.name):
-        raise EffectError(f'"{own.name}" lies outside of the folder of {own.case.name}: edit it there')
+        raise EffectError(f'"{own.name}" is outside the folder of {own.case.name}: edit it there')
     if own.named in files:
         return
     if not NAME.fullmatch(own.name):
-        raise EffectError(f'"{own.name}" is no name of an effect file: give letters, digits and _, with .py at the end')
+        raise EffectError(
+            f'"{own.name}" is not a name of an effect file: give letters, digits and _, with .py at the end'
+        )
     if own.text not in {None, text}:
         raise EffectError(
             f"{own.path} is there already, and {own.case.name} does not name it: give the effect file another name"

@@ -34,12 +34,12 @@ def find_rejection_reason(headers: Mapping[str, str], given: str, token: str, po
     """
     hosts = [f"{name}:{port}" for name in NAMES]
     if headers.get("Host", "") not in hosts:
-        return "this server answers to 127.0.0.1 alone"
+        return "this server answers only to 127.0.0.1"
     origin = headers.get("Origin")
     if origin is not None and origin not in [f"http://{host}" for host in hosts]:
-        return "a page of another origin gets nothing"
+        return "requests from another origin are refused"
     if headers.get("Sec-Fetch-Site", "none") not in {"same-origin", "none"}:
-        return "a page of another origin gets nothing"
+        return "requests from another origin are refused"
     if not compare_digest(given.encode(), token.encode()):
         return "the address lacks the token of this bench: open the address that stickslip bench has printed"
     return None

@@ -42,9 +42,9 @@ def format_command(entry: ScriptEntry, case: Path, folder: Path, without: Sequen
         once = _join(["undo", "--case", str(case)])
         return "; ".join([once] * int(given.get("count", 1)))
     elif entry.name == "screen":
-        return f"{_join(['diagnose', str(case), str(folder), *left_out])}  # its screening alone"
+        return f"{_join(['diagnose', str(case), str(folder), *left_out])}  # only its screening"
     elif entry.name == "move":
-        return f"# {', '.join(f'{name} = {value:.6g}' for name, value in given['values'].items())}: predictions alone"
+        return f"# {', '.join(f'{name} = {value:.6g}' for name, value in given['values'].items())}: only predictions"
     elif entry.name == "edit":
         return f"# {case.name} was edited by hand"
     elif entry.name == "save_effect":
@@ -83,7 +83,7 @@ def format_script(
     return f'''\
 """What was done to {case.name} in `stickslip bench`, once more on a copy of the case: it prints the same numbers.
 
-Run it with the Python of stickslip. What was computed then is found in the cache; without it all is computed again.
+Run it with the Python of stickslip. Results of that time are taken from the cache; without it all is computed again.
 """
 
 from pathlib import Path

@@ -27,10 +27,10 @@ SHOWING = frozenset({"compare", "screen", "diagnose"})
 #: Files of a campaign folder that are looked at.
 MOST_FILES = 2000
 #: Sentences to the user.
-CANCELLED = "Cancelled. What was finished is stored: the same goes on from there."
+CANCELLED = "Cancelled. Finished work is stored: the same command goes on from there."
 ENDED = (
-    "The computation ended by itself, most often for lack of memory. Nothing is lost: what was finished is stored, and "
-    "the same goes on from there."
+    "The computation ended unexpectedly, most often for lack of memory. Nothing is lost: finished work is stored, and "
+    "the same command goes on from there."
 )
 BUSY = "{name} is running: wait for it or cancel it, then click again. Nothing was written."
 
@@ -145,7 +145,7 @@ class Session:
             self._text = text
             self.entries.append(self._entry("edit", {"text": text}, {}))
             self._set_message(
-                "note", f"{self.place.case.name} was edited by hand or in another page: this is it as it is now."
+                "note", f"{self.place.case.name} was edited by hand or in another page: this is its current state."
             )
             self._restart_reading()
         if campaign and campaign != self._campaign:

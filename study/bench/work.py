@@ -80,7 +80,7 @@ def describe(error: Exception, name: str) -> str:
     if isinstance(error, MemoryError):
         return console.OUT_OF_MEMORY
     if isinstance(error, FileNotFoundError):
-        return f"{error.filename} is not there any more: put it back"
+        return f"{error.filename} no longer exists: restore it"
     return describe_system_failure(error) or console.report_mistake(error, ["bench", name])
 
 

@@ -193,7 +193,7 @@ def _make_setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: Ru
     for name in case.calibrated.given:
         with mistakes.at("calibrated"):
             if name not in {item.name for item in known}:
-                raise ModelDefinitionError(f"{name} is calibrated, but is no calibration parameter here: remove it")
+                raise ModelDefinitionError(f"{name} is calibrated, but is not a calibration parameter here: remove it")
     mistakes.raise_if_any()
     error = case.numerical_error
     setup = Setup(

@@ -40,7 +40,7 @@ def new(
 
     if not (yes or sys.stdin.isatty()):
         raise InputError(
-            "there is nobody to ask: standard input is no terminal; add --yes, which marks what is assumed"
+            "questions cannot be asked: standard input is not a terminal; add --yes, which marks what is assumed"
         )
     run = options.open(place=folder)
     with run.progress.step("read the files") as report:

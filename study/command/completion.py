@@ -9,7 +9,7 @@ from study.run_context import DEFAULTS, Answer, Options, make_command_app
 app = make_command_app(
     "completion",
     """Prints a script that lets the Tab key complete commands and options. Load it in the shell that runs, or save it
-    where the shell looks for such scripts; nothing is changed by itself.""",
+    where the shell looks for such scripts; it changes nothing else.""",
     examples=[
         'eval "$(stickslip completion bash)"',
         "stickslip completion bash > ~/.local/share/bash-completion/completions/stickslip",

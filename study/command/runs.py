@@ -48,7 +48,7 @@ def runs(
     from study.run_record import find_records
 
     if not folder.is_dir():
-        raise InputError(f"{folder} is no folder: name one that holds output folders")
+        raise InputError(f"{folder} is not a folder: name one that contains output folders")
     records = find_records(options.cache_folder, folder)
     items: list[dict[str, Any]] = [
         {

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 app = make_command_app(
     "table1",
-    """Give the first frequency of ten models of the stand-alone blade three ways, beside the published one.
+    """Give the first frequency of ten models of the stand-alone blade three ways, compared with the published one.
 
     Full finite elements, Craig-Bampton, and the peak of the harmonic-balance response; also rows that nothing was
     tuned to, the limit of nested meshes, and CalculiX on the same meshes where it is installed. Writes table1.csv,

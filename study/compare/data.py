@@ -123,7 +123,7 @@ def describe_data(compared: Sequence[DataComparison]) -> list[str]:
             continue
         there = np.flatnonzero(np.isfinite(item.error))
         if not len(there):
-            lines.append(f"{where}: the model has no answer")
+            lines.append(f"{where}: the model has no prediction")
             continue
         far = there[np.argsort(-np.abs(item.error[there]))]
         lines.append(

@@ -119,7 +119,7 @@ def run_data_comparison(
     """
     if not campaign.data:
         raise CampaignError(
-            f"{campaign.folder}: holds time records alone, which no command compares: diagnose them in Python, as "
+            f"{campaign.folder}: contains only time records, which no command compares: diagnose them in Python, as "
             "docs/time_records.md shows, or add steady states, loops, ring-downs, frequency responses or modes"
         )
     model = with_sensors(setup.complete, campaign)
@@ -205,7 +205,7 @@ def summarise_data(data: Sequence[DataComparison], suspicions: Sequence[Suspicio
     ]
     sentences += list(_describe_by_quantity(data))
     if lacking:
-        sentences.append(f"For {lacking} numbers the model has no answer.")
+        sentences.append(f"For {lacking} numbers the model has no prediction.")
     cards = (("measured numbers", str(len(errors))), ("difference, r.m.s. [standard deviations]", f"{size:.3g}"))
     return Summary(tone=tone, tag=tag, sentences=tuple(sentences), next=NEXT, cards=cards)
 

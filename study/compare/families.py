@@ -171,7 +171,7 @@ def find_families(
     try:
         search = search.with_numeric_box(lambda rest: step.run(find_reaches, rest, report=step.report))
     except (BalanceError, NoSteadyState) as error:
-        return replace(nothing, not_compared=(*sentences, f"there are no limits of this model: {error}"))
+        return replace(nothing, not_compared=(*sentences, f"limits of this model cannot be computed: {error}"))
     limits = run_search(find_family_limits, search, stem, run, executor)
     judged = compare_with_limits(campaign, families, chosen, limits, budget)
     return replace(nothing, verdicts=judged.verdicts, errors=judged.errors, preloads=judged.preloads, limits=limits)
@@ -188,15 +188,15 @@ def select_families(
         sentences.append(f"tests without contacts have no friction histories: {', '.join(free)}")
     if not campaign.drive.calibrated:
         sentences.append(
-            f"levels are in {campaign.drive.unit}, which no model knows: limits depend on the level, so calibrate the "
-            "drive"
+            f"levels are in {campaign.drive.unit}, not in a unit of the model: limits depend on the level, so "
+            "calibrate the drive"
         )
         return (), tuple(sentences)
     if not families:
         sentences.append("there is no jointed test with harmonics")
     uncalibrated = [item.name for item in campaign.sensors if not item.calibrated]
     if uncalibrated:
-        sentences.append(f"sensors without calibration have no unit of the model's: {', '.join(uncalibrated)}")
+        sentences.append(f"uncalibrated sensors cannot be compared with limits: {', '.join(uncalibrated)}")
     shaken = _list_base_sensors(model)
     if listed := ", ".join(item.name for item in campaign.sensors if item.name in shaken):
         sentences.append(

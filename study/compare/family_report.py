@@ -151,8 +151,8 @@ def _describe_verdict(comparison: FamilyComparison) -> Iterator[str]:
         yield f"{_describe_curves(compared)} within the predicted limits at {_levels(comparison, compared)}."
         if few:
             yield (
-                f"{few} of {total} readings lie outside by more than {OUTSIDE:g} standard deviations, no more and no "
-                "further than noise brings."
+                f"{few} of {total} readings lie outside by more than {OUTSIDE:g} standard deviations, which noise "
+                "explains by number and size."
             )
     for name in dict.fromkeys(_name(comparison, item) for item in leaving):
         yield _describe_leaving(comparison, name, [item for item in leaving if _name(comparison, item) == name])
@@ -180,18 +180,18 @@ def _describe_leaving(comparison: FamilyComparison, name: str, leaving: Sequence
     )
     return (
         f"{name} leaves its limits at {_levels(comparison, leaving)} ({count} of {total} readings, in {listed}); the "
-        f"surest lies {by} {side} limit at {verdict.family.level:g} {unit} and {worst.frequency:.6g} Hz ({where}), "
-        f"{worst.deviations:.3g} standard deviations, {_describe_chance(worst, verdict)}."
+        f"most significant one lies {by} {side} limit at {verdict.family.level:g} {unit} and {worst.frequency:.6g} Hz "
+        f"({where}), {worst.deviations:.3g} standard deviations, {_describe_chance(worst, verdict)}."
     )
 
 
 def _describe_chance(worst: Departure, verdict: FamilyVerdict) -> str:
     chance = 2 * ndtr(-worst.deviations) * verdict.n_compared
     if worst.deviations <= verdict.critical_deviation:
-        return "which alone could be noise, but so many readings could not"
+        return "which could be noise for one reading, but not for so many"
     if chance < 1e-6:
-        return "which is no noise"
-    return f"which noise reaches in a family with a chance of {chance:.1g}"
+        return "which noise does not explain"
+    return f"which noise exceeds in a family with a probability of {chance:.1g}"
 
 
 def _describe_curves(compared: Sequence[FamilyVerdict]) -> str:
@@ -235,14 +235,14 @@ def _describe_certainty(comparison: FamilyComparison) -> Iterator[str]:
     unknown = sorted({sensor for (sensor, _), item in errors.noise.items() if item.source == "unknown"})
     if unknown:
         yield (
-            f"The noise of {', '.join(unknown)} is not known (too few curves to tell it, none stated): only numerical "
-            "error widens those limits, so state it in the manifest."
+            f"The noise of {', '.join(unknown)} is not known (too few curves to estimate it, and none stated): only "
+            "numerical error widens those limits, so state it in the manifest."
         )
     short = sorted({sensor for (sensor, _), item in errors.noise.items() if item.source == "scatter"})
     if short:
         yield (
-            f"The curves of {', '.join(short)} have too few frequencies to tell noise from friction history: their "
-            "whole scatter counts as noise, and what leaves the limits by less is not seen."
+            f"The curves of {', '.join(short)} have too few frequencies to separate noise from friction history: their "
+            "whole scatter counts as noise, and smaller departures from the limits are not detected."
         )
     missing = sum(item.family.n_point - item.n_compared for item in comparison.verdicts)
     if missing:
@@ -261,7 +261,9 @@ def _reach(limits: FamilyLimits, unit: str) -> str:
 
 
 def _format_calibration(comparison: FamilyComparison, fit: FamilyCalibration) -> Iterator[str]:
-    yield "  Calibration onto the families, beside least squares on the mean of the repeats (factors on the case):"
+    yield (
+        "  Calibration onto the families, compared with least squares on the mean of the repeats (factors on the case):"
+    )
     yield f"  {'':<10}  {'mean':>8}  {'families':>8}"
     for name, mean, own in zip(fit.names, fit.to_mean.tolist(), fit.to_families.tolist(), strict=True):
         yield f"  {name:<10}  {mean:8.4f}  {own:8.4f}"

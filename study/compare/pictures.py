@@ -19,7 +19,8 @@ ABOUT = {
 }
 #: Note below drawn static parts: their lines need not meet the points.
 HISTORY = (
-    "contact forces, summed over each line; static parts stem from a history that no test records, and need not agree"
+    "contact forces, summed over each line; static parts depend on a loading history that no test records, and need "
+    "not agree"
 )
 
 

@@ -166,15 +166,15 @@ def _describe_calibrated(compared: ComparisonResult) -> list[str]:
     gains = [describe_gain(*vars(item).values()) for item in compared.calibrated if item.name.startswith(GAIN)]
     values = ", ".join(f"{item.name} x {item.factor:.4f}" for item in factors)
     return [
-        *([f"Calibrated on the training data: {values} (stickslip diagnose says how surely)"] if factors else []),
-        *([f"Gains that nobody stated, fitted to the training data: {', '.join(gains)}"] if gains else []),
+        *([f"Calibrated on the training data: {values} (stickslip diagnose gives their intervals)"] if factors else []),
+        *([f"Unknown gains, fitted to the training data: {', '.join(gains)}"] if gains else []),
         "",
     ]
 
 
 def _describe_side(name: str, misfit: Misfit, unit: str) -> Iterator[str]:
     all_of = summarise_misfit(misfit)
-    mean = f"all together {all_of.whitened:.3g} times as large as chance makes them (root of reduced chi^2)"
+    mean = f"all together {all_of.whitened:.3g} times as large as expected by chance (root of reduced chi^2)"
     yield f"{name}: {all_of.n_number} numbers, {mean}"
     missing = _count_not_found(misfit)
     if missing:
@@ -191,7 +191,7 @@ def _describe_side(name: str, misfit: Misfit, unit: str) -> Iterator[str]:
 
 def _format_errors(summary: MisfitSummary) -> str:
     if not np.isfinite(summary.amplitude_error):
-        return "none stands out of the noise"
+        return "none exceeds the noise"
     phase = f"{np.degrees(summary.phase_error):6.2f} deg" if np.isfinite(summary.phase_error) else ""
     return f"{100 * summary.amplitude_error:6.2f} %  {phase}"
 

@@ -91,7 +91,9 @@ def run_compare(
     if not len(campaign.measurement):
         if limits:
             option = "--calibrate-families" if onto_families else "--limits"
-            run.warn(f"{option} lays harmonics over limits, and this campaign has none: it has typed data alone")
+            run.warn(
+                f"{option} compares harmonics with limits, but this campaign has no harmonics, only other types of data"
+            )
         setup = read_case(opened, campaign, run).setup
         return run_data_comparison(case, setup, campaign, run, fitted=calibrate)
     require_noise(campaign, folder)

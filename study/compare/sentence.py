@@ -33,7 +33,10 @@ CHANCE = 1e-3
 CLEAR_GAIN = 3.0
 #: Percentages from here on are written without decimals [%].
 PLAIN = 99.5
-NEXT = "A root mean square hides few states that fail; stickslip diagnose says whether an effect is missing, and which."
+NEXT = (
+    "A root mean square can hide a few states with large errors; stickslip diagnose says whether an effect is "
+    "missing, and which."
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +66,7 @@ def summarise(compared: ComparisonResult) -> Summary:
     differing = _list_differing(compared.data)
     tone, tag = judge(difference, without_comparison(compared.data), compared.suspicions, differing)
     if tone != "missing" and (vague := _describe_wide_deviations(compared)):
-        tone, tag = "ambiguous", f"The measurements do not tell whether the model agrees: {vague}"
+        tone, tag = "ambiguous", f"The measurements are not sufficient to show whether the model agrees: {vague}"
         tag += qualify(compared.suspicions) + doubt(compared.suspicions)
     sides = {"training": compared.train} | ({} if compared.held_out is None else {"held-out": compared.held_out})
     cards = [
@@ -149,7 +152,7 @@ def _describe_wide_deviations(compared: ComparisonResult) -> str:
     """Why standard deviations are too wide for a verdict of agreement; empty if they are not."""
     summary = summarise_misfit(compared.train)
     if not isfinite(summary.amplitude_error):
-        return "no reading stands out of the scatter between its repeats"
+        return "no reading exceeds the scatter between its repeats"
     errors = {
         f"amplitude is {format_percent(summary.amplitude_error)} %": summary.amplitude_error,
         # An angle in radians is the error perpendicular to the value, relative to it.
@@ -167,11 +170,11 @@ def _describe_wide_deviations(compared: ComparisonResult) -> str:
 def _describe_overall(misfit: Misfit) -> str:
     summary = summarise_misfit(misfit)
     noise = (
-        f"{summary.whitened:.3g} times as large as noise, friction histories and numerical error make them "
-        "(root of reduced chi^2)"
+        f"{summary.whitened:.3g} times as large as expected from noise, friction histories and numerical error (root "
+        "of reduced chi^2)"
     )
     if not np.isfinite(summary.amplitude_error):
-        return f"All together the differences are {noise}; no reading stands out of the noise."
+        return f"All together the differences are {noise}; no reading exceeds the noise."
     phase = (
         f" and of the phase {format_number(np.degrees(summary.phase_error))} deg"
         if np.isfinite(summary.phase_error)
@@ -272,7 +275,7 @@ def _describe_range(
         known = [size for size in deviations if np.isfinite(size)]
         if sum(size**2 for size in known) > chdtri(len(known), CHANCE):
             off = f"is off by up to {format_number(largest)} %"
-            return f"{off}: significant over all levels together, but at none by itself"
+            return f"{off}: significant over all levels together, but at no single level"
         if agrees and largest < WIDE_DEVIATION:
             return f"agrees within {format_number(largest)} %, which chance explains"
         # If the points themselves disagree, a bent or truncated peak has a deviation that hides any error.

@@ -99,8 +99,10 @@ def _suspect_kept_joints(campaign: Campaign, model: Model) -> Iterator[Suspicion
         yield Suspicion(
             where=f'"{free[0]}"', remark=True,
             headline=f"it keeps {', '.join(kept)} in the free structure ({', '.join(dict.fromkeys(free))})",
-            sentence=f"is of the free structure, where the model keeps what is no contact line ({', '.join(kept)}): if "
-            "it was measured without, compare it with a case that has no such joints",
+            sentence=(
+                "is of the free structure, in which the model keeps joints that are not contact lines "
+                f"({', '.join(kept)}): if it was measured without these, compare it with a case that has no such joints"
+            ),
         )  # fmt: skip
 
 
@@ -145,7 +147,7 @@ def require_testable(campaign: Campaign, folder: Path) -> None:
     if not (campaign.held_out.levels or campaign.held_out.repeats):
         advice = advise_held_out(campaign.measurement, campaign.level_factor)
         lacking.append(
-            "nothing is held out, so that neither a fit nor an effect can be tested: "
+            "nothing is held out, so neither a fit nor an effect can be tested: "
             + (
                 f"name a level or a repeat under [held_out], e.g. {advice}"
                 if advice
@@ -179,11 +181,13 @@ def _suspect_single_repeat(campaign: Campaign) -> Iterator[Suspicion]:
     if not len(count) or count.sum() - count.max() >= LEAST_REPEATED * count.max():
         return
     stated = all(any(sensor.noise) for sensor in campaign.sensors)
-    source = "the manifest states" if stated else "is left of each curve without its smooth course"
+    source = "the manifest" if stated else "the residual of each curve from its smooth course"
     yield Suspicion(
         where="campaign",
-        sentence=f"there is one repeat: noise is what {source}, and how much another run or assembly would differ is "
-        "taken as usual, 0.03 % of frequencies and 1 % of preloads: repeat at least one level",
+        sentence=(
+            f"there is one repeat: noise is taken from {source}, and the scatter between runs or assemblies is "
+            "assumed: 0.03 % of frequencies and 1 % of preloads; repeat at least one level"
+        ),
         remark=True,
     )
 
@@ -213,7 +217,7 @@ def _describe_single_repeat(campaign: Campaign) -> str:
     if len(repeats) > 1 or all(any(sensor.noise) for sensor in campaign.sensors):
         return ""
     return (
-        f"all data have repeat = {repeats[0]}: noise cannot be told from effects; measure the same once more, and "
+        f"all data have repeat = {repeats[0]}: noise cannot be separated from effects; measure the same once more, and "
         "number it by repeat of the [[run]] or the column repeat, or state the noise of sensors, as "
         'noise = "1 %" of a [[sensor]]'
     )

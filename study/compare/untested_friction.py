@@ -41,8 +41,10 @@ def find_untested_friction(
     remedy = "measure at larger amplitudes" if has_contacts else "measure the structure with its contacts, too"
     yield Suspicion(
         where="campaign", remark=True, headline=HEADLINE,
-        sentence="all that is compared is within its deviations the same for this model with its contacts stuck: "
-        f"friction coefficients, and preloads as far as they limit friction, were not tested; {remedy}",
+        sentence=(
+            "all compared predictions are the same, within their deviations, for this model with its contacts stuck: "
+            f"friction coefficients, and preloads as far as they limit friction, were not tested; {remedy}"
+        ),
     )  # fmt: skip
 
 

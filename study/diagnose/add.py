@@ -100,7 +100,7 @@ def undo(case: Path) -> HistoryStep:
     """
     history = history_of(case)
     if not history.active_steps:
-        raise CaseEditError(f"{case}: nothing was added by stickslip, so that nothing can be taken back")
+        raise CaseEditError(f"{case}: nothing was added by stickslip, so there is nothing to undo")
     last = history.active_steps[-1]
     try:
         text = read_text(case)
@@ -171,8 +171,8 @@ def _take_diagnosed(case: Path, history: History, text: str, name: str, run: Run
     if candidate is None:
         effect = _check_name(case, history, name, run)
         raise CaseEditError(
-            f'{case}: the last diagnosis did not fit "{effect}", as others seemed to explain the measurements better, '
-            "or as no place of the case is there: give its strength with --value"
+            f'{case}: the last diagnosis did not fit "{effect}", because others seemed to explain the measurements '
+            "better, or because the case lacks its place: give its strength with --value"
         )
     # An effect of the case is fitted with all others, and is no candidate.
     return {

@@ -5,14 +5,14 @@ from study.diagnose.round import Round
 
 #: The next step by the verdict.
 ADVICE = {
-    Finding.MISSING: 'stickslip add "{effect}" writes it into the case; --auto does so by itself',
+    Finding.MISSING: 'stickslip add "{effect}" writes it into the case; --auto does so automatically',
     Finding.AMBIGUOUS: 'plan a test that separates them, or add one of them: stickslip add "{effect}"',
     Finding.NOTHING: "none; the case explains these measurements",
     Finding.NOT_CLOSE: "check supports, masses and loads of the case, and units and places of the sensors",
     Finding.UNKNOWN: "describe an effect of your own (docs/effects.md), or measure at other places and levels",
     Finding.NOT_TESTABLE: (
         "measure at higher levels, nearer to the resonances, at places that move more, or with more repeats; stickslip "
-        "plan tells what such tests would show (docs/plan.md)"
+        "plan shows which effects such tests would detect (docs/plan.md)"
     ),
 }
 #: The verdict in a few words.
@@ -22,7 +22,7 @@ TAG = {
     Finding.NOTHING: "Nothing is missing",
     Finding.UNKNOWN: "Something unknown is missing",
     Finding.NOT_CLOSE: "The model is not close enough",
-    Finding.NOT_TESTABLE: "These measurements cannot tell",
+    Finding.NOT_TESTABLE: "These measurements are not conclusive",
 }
 #: The same where an effect alone is not confirmed, and where two are missing together.
 TAG_ONE = "An effect may be missing"
@@ -40,13 +40,14 @@ ADVICE_WRONG_DATA = (
     "check the measurements that look wrong, correct them in the files or the manifest, and diagnose again"
 )
 #: The next step where nothing is missing from the mean of repeats that change, or may change, with the time.
-ADVICE_CHANGES = "find out what changed from repeat to repeat, or repeat more often: the case explains their mean alone"
+ADVICE_CHANGES = "find out what changed from repeat to repeat, or repeat more often: the case explains only their mean"
 #: The next step where a prior holds a calibration parameter back.
 ADVICE_PRIORS = (
-    "correct in the case what these parameters scale, or raise their deviations in [accepted]; then diagnose again"
+    "correct in the case the values that these parameters scale, or raise their deviations in [accepted]; then "
+    "diagnose again"
 )
 #: The next step where held-out data or its interval do not confirm the only effect that is named.
-ADVICE_UNCONFIRMED = 'hold out tests that see it, or add it: stickslip add "{effect}"'
+ADVICE_UNCONFIRMED = 'hold out tests that show it, or add it: stickslip add "{effect}"'
 #: The next step where a test separates what is left.
 ADVICE_TEST = '{measure}; or add one of them: stickslip add "{effect}"'
 

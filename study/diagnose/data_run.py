@@ -99,7 +99,8 @@ class DataDiagnosisResult:
         verdict = self.diagnosis.verdict
         if verdict.finding is Finding.UNKNOWN and verdict.nearest is not None:
             return (
-                f'stickslip add "{verdict.nearest.name}" writes the nearest into the case; then diagnose what it leaves'
+                f'stickslip add "{verdict.nearest.name}" writes the nearest effect into the case; then diagnose the '
+                "residual"
             )
         return (ADVICE | OWN_ADVICE)[verdict.finding].format(effect=verdict.effects[0].name if verdict.effects else "")
 
@@ -120,7 +121,7 @@ class DataDiagnosisResult:
         yield f"  next: {self.advice}"
         yield ""
         if self.indications:
-            yield "What the data show by themselves:"
+            yield "Trends of the data:"
             yield from (f"  {'!' if item.is_clear else ' '} {item.sentence}" for item in self.indications)
             yield ""
         fitted = [f"{item.name} x {item.factor:.4f} +- {item.half_interval:.2g}" for item in self.calibrated]
@@ -142,8 +143,8 @@ class DataDiagnosisResult:
     def tested(self) -> str:
         """Data that test the fit, in words."""
         if not self.held_out:
-            return "a single datum: what was fitted is also what tests the fit"
-        assumed = "" if any(datum.held_out for datum in self.campaign.data) else ", as the manifest holds none out"
+            return "a single datum: the fit is tested on the data that were fitted"
+        assumed = "" if any(datum.held_out for datum in self.campaign.data) else ", as the manifest holds out none"
         return f"held out{assumed}: {'; '.join(self.held_out)}"
 
     def document(self) -> dict[str, Any]:
@@ -322,8 +323,8 @@ def _sections(result: DataDiagnosisResult) -> Iterator[Section]:
             for item in result.indications
         ]
         yield Section(
-            title="What the data show by themselves",
-            text="Properties of all data together beside those of the calibrated model; ! marks what is no chance.",
+            title="Trends of the data",
+            text="Trends over all data, compared with those of the calibrated model; ! marks significant differences.",
             table=Table(head=("quantity", "measured", "model", "difference [standard deviations]"), rows=rows, words=3),
         )
     rows = [
@@ -334,7 +335,7 @@ def _sections(result: DataDiagnosisResult) -> Iterator[Section]:
         baseline = result.diagnosis.baseline
         yield Section(
             title="Candidates",
-            text=f"Errors without any: {baseline.error:.3g}, held out {baseline.held_out_error:.3g} standard "
+            text=f"Errors without an effect: {baseline.error:.3g}, held out {baseline.held_out_error:.3g} standard "
             f"deviations. {result.tested[0].upper()}{result.tested[1:]}.",
             table=Table(
                 head=("effect", "strength", "error [standard deviations]", "held out [standard deviations]"), rows=rows,

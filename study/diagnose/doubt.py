@@ -50,7 +50,7 @@ def _doubt_unknown_errors(result: Round) -> Iterator[str]:
     baseline = result.diagnosis.baseline
     if not (isfinite(baseline.error) and isfinite(baseline.held_out_error)):
         seen = result.diagnosis.arrangement.held_out.shares.any() and result.diagnosis.arrangement.train.shares.any()
-        why = "the model has no steady state" if seen else "no motion stands out of the scatter between its repeats"
+        why = "the model has no steady state" if seen else "no motion exceeds the scatter between its repeats"
         yield f"The relative errors are unknown: {why}."
 
 
@@ -74,8 +74,8 @@ def _doubt_remaining_error(result: Round) -> Iterator[str]:
             f"{format_number(100 * error)} %" for error in (result.best.held_out_error, result.best.error)
         )
         yield (
-            f"With {result.best.label} the model still errs by {held_out} on the held-out data ({others} on the "
-            "others): more is missing, or it stands in for something else."
+            f"With {result.best.label} the error of the model is still {held_out} on the held-out data ({others} on "
+            "the training data): more is missing, or this effect stands in for another cause."
         )
 
 
@@ -93,7 +93,7 @@ def _doubt_jumps(result: Round) -> Iterator[str]:
         yield f"Jumps of the held-out data: {listed}."
         if any(isfinite(jump.frequency_error) for jump in elsewhere):
             yield (
-                "Between a measured and a predicted jump the held-out error is that of the branch that the structure "
+                "Between a measured and a predicted jump the held-out error refers to the branch that the structure "
                 "was on."
             )
 
@@ -109,11 +109,11 @@ def _doubt_shifted_parameters(result: Round) -> Iterator[str]:
         residual = abs(value - factor.vanishes) / parameter.stated_deviation
         there = factor.describe(parameter.name, value)
         if factor.is_at_bound(value):
-            yield f"{there} is as far as a fit may go: something else may be what differs."
+            yield f"{there} is at a bound of the fit: the cause may be something else."
         elif residual > DOUBTFUL_PRIOR_RESIDUAL:
             yield (
-                f"{there} is {residual:.1f} standard deviations, as the case states them, from the case: something "
-                "else may be what differs."
+                f"{there} is {residual:.1f} standard deviations of its prior from the case: the cause may be something "
+                "else."
             )
 
 
@@ -122,6 +122,6 @@ def _model_error(result: Round) -> Iterator[str]:
     words = result.diagnosis.verdict.model_error_size.words
     if words:
         yield (
-            f"Beside noise and the errors that the case states the model errs by {words} (standard deviations); "
-            "intervals and thresholds allow for it."
+            f"Beyond noise and the errors stated in the case, the model has errors of {words} (standard deviations); "
+            "intervals and thresholds include them."
         )

@@ -37,9 +37,9 @@ class RecoveredLaw:
     def sentences(self) -> list[str]:
         """Place and behaviour of the law."""
         probability = f"{100 * self.law.probability[0]:.0f} %"
-        where = f"A law at {self.law.best.name} ({probability}) explains most"
+        where = f"A law at {self.law.best.name} ({probability}) explains most of the difference"
         if len(self.law.credible) > 1:
-            where += f"; the places {', '.join(self.law.credible)} have 95 % together"
+            where += f"; the places {', '.join(self.law.credible)} have a probability of 95 % together"
         return [f"{where}.", *(f"{item[0].upper()}{item[1:]}." for item in self.words.sentences)]
 
     @property
@@ -88,7 +88,7 @@ def format_law(law: RecoveredLaw | None, file: str) -> Iterator[str]:
     if law is None:
         return
     yield ""
-    yield "The force law that explains it, recovered without a catalogue:"
+    yield "The missing force law, recovered without the catalogue of effects:"
     yield from (f"  {sentence}" for sentence in law.sentences)
     yield f'  as an effect: name {file} in [effects] files of the case; stickslip add "{law.name}" --value 1 adds it'
 

@@ -65,9 +65,12 @@ class NextStep:
         best = self.advice.best
         share = _share(best.probability)
         if best.probability < HOPELESS:
-            return "none of the further tests that were tried tells these apart"
+            return "none of the further tests that were tried separates these effects"
         if best.probability < LIKELY:
-            return f"no single further test decides; most likely does {self.describe(best.test)} (probability {share})"
+            return (
+                f"no single further test decides; most likely to do so: {self.describe(best.test)} (probability "
+                f"{share})"
+            )
         return f"measure {self.describe(best.test)}: that decides with probability {share}"
 
     def describe(self, test: NextTest) -> str:
@@ -135,10 +138,10 @@ def format_next_tests(step: NextStep) -> Iterator[str]:
     if step.advice is None:
         return
     yield ""
-    yield f"What further tests would tell between {' and '.join(step.advice.names)}:"
+    yield f"Further tests to separate {' and '.join(step.advice.names)}:"
     for item in step.shown:
         yield f"  {100 * item.probability:5.1f} %  {item.test.minutes:4.0f} min  {item.test.title}"
-    yield "  probability that the test decides, and what it takes, roughly"
+    yield "  probability that the test decides, and its approximate time"
     if step.remark:
         yield f"  {step.remark}"
 

@@ -158,7 +158,7 @@ def _describe_fitted(result: Round) -> Iterator[str]:
     last = result.best or baseline
     if gains := [describe_gain(name, *numbers) for name, numbers in list_sensor_gains(result.setup, last).items()]:
         beside = "" if result.best is None else f" with {last.label}"
-        yield f"Gains that nobody stated, fitted to the training data{beside}: {', '.join(gains)}"
+        yield f"Unknown gains, fitted to the training data{beside}: {', '.join(gains)}"
     if shifts := list_frequency_shifts(result.setup, baseline):
         listed = ", ".join(f"{name} {100 * shift:+.2g} %" for name, shift in shifts.items())
         yield f"Errors of natural frequencies of the model that the fit found (+: too high): {listed}"
@@ -205,7 +205,10 @@ def _format_candidates(result: Round) -> Iterator[str]:
         yield f"{mark} {row.effect.name:<{width}}  {gain:>14}  {error:>14}  {alike:>5}  {row.in_words}"
     yield "  in brackets: to first order, not fitted; alike: at 1 these tests cannot separate it from the first one"
     if result.diagnosis.verdict.further is not None:
-        yield "  the two that are missing together: what each does beside the other, and the held-out error of both"
+        yield (
+            "  the two that are missing together: the gain of each in addition to the other, and the held-out error "
+            "of both"
+        )
     if result.diagnosis.verdict.finding in {Finding.NOTHING, Finding.NOT_TESTABLE}:
         yield ""
         if named := list_by_kind([row for row in listed if isfinite(row.detectable)]):
@@ -213,7 +216,7 @@ def _format_candidates(result: Round) -> Iterator[str]:
             for line in named:
                 yield from wrap(line, WIDTH, initial_indent="  ", subsequent_indent="    ", break_on_hyphens=False)
         if hidden := sorted(row.effect.name for row in listed if not isfinite(row.detectable)):
-            yield "These tests detect at no strength:"
+            yield "Not detectable in these tests at any strength:"
             yield from wrap(
                 "; ".join(hidden), WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False
             )

@@ -125,12 +125,12 @@ def diagnose_file(
     if campaign.has_only_typed_data:
         types = ", ".join(sorted({datum.type for datum in campaign.data}))
         raise CampaignError(
-            f"{folder} holds no steady states but data of other types ({types}), which diagnose_file does not read: "
+            f"{folder} contains no steady states but data of other types ({types}), which diagnose_file does not read: "
             "call study.diagnose.data_run.diagnose_data(case, campaign, folder), as docs/diagnose.md shows"
         )
     if not len(campaign.measurement):
         raise CampaignError(
-            f"{folder} holds time records alone, which this command does not read: diagnose them in Python, as "
+            f"{folder} contains only time records, which this command does not read: diagnose them in Python, as "
             "docs/time_records.md shows"
         )
     require_testable(campaign, folder)
@@ -176,12 +176,12 @@ def _count_free_responses(setup: Setup, campaign: Campaign, folder: Path, run: R
     if run is not None and counted:
         run.note(
             f"{', '.join(counted)}: counted as steady states of the free structure at {campaign.levels[0]:.3g} "
-            f"{campaign.drive.unit}, which stands for any level, since that structure is linear"
+            f"{campaign.drive.unit}, which represents all levels, since that structure is linear"
         )
     if run is not None and others:
         run.warn(
-            f"{folder}: a diagnosis compares steady states, and frequency responses of the free structure; what else "
-            f"was measured ({others}) takes no part: stickslip compare shows it, and with --calibrate fits to both"
+            f"{folder}: a diagnosis compares steady states, and frequency responses of the free structure; other data "
+            f"({others}) are not used: stickslip compare shows them, and with --calibrate fits to both"
         )
     return campaign
 

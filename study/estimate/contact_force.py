@@ -22,7 +22,7 @@ OVERSHOOT = (
 )
 BIAS = (
     "gross slip may not be reached: a lower bound",
-    "forces are those of the whole line: single contacts of it may bear more",
+    "forces are those of the whole line: single contacts of it may carry more",
 )
 
 
@@ -63,7 +63,7 @@ def estimate_from_forces(model: Model, campaign: Campaign) -> Iterator[FirstEsti
                 unit="N",
                 model_value=float(sum(max(contact.preload, 0.0) for contact in contacts)),
                 source=f"static part of N of {line}",
-                bias=("vibration moves static forces: tests at the lowest level are nearest to the preload",),
+                bias=("vibration changes static forces: tests at the lowest level are nearest to the preload",),
             )
 
 

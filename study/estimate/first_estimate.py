@@ -81,7 +81,7 @@ def list_contradictions(estimates: Sequence[FirstEstimate]) -> list[str]:
             own_low, own_high = (end / best.model_value for end in best.interval)
             if (low > own_high and not item.may_be_less) or (high < own_low and not best.may_be_less):
                 result.append(
-                    f"{parameter}: {item.source} says {item.factor:.3g} times the model, {best.source} "
-                    f"{best.factor:.3g} times: one factor cannot be right for both"
+                    f"{parameter}: {item.source} gives {item.factor:.3g} times the model, {best.source} "
+                    f"{best.factor:.3g} times: one factor cannot fit both"
                 )
     return result

@@ -14,10 +14,10 @@ from reduction.stuck import stick_at_rest
 from study.estimate.first_estimate import FirstEstimate
 
 LEANS = (
-    "a laser that leans, or a place beside the contact, sees less than its motion: the stiffness is biased high, by a "
-    "factor of two or more for a stiff contact"
+    "an inclined laser, or a place beside the contact, reads less than the motion of the contact: the stiffness is "
+    "biased high, by a factor of two or more for a stiff contact"
 )
-SHARED = "the displacement of the structure beside the contact is part of the loop's: the stiffness is biased low"
+SHARED = "the displacement of the loop includes that of the structure next to the contact: the stiffness is biased low"
 LOWER = "gross slip is not reached: a lower bound"
 #: Factors at which the stiffness of a place is computed, to find the factor on the contacts [-].
 GRID = np.geomspace(*BOUNDS["kt"], 60)
@@ -51,7 +51,8 @@ def estimate_from_loop(model: Model, loop: ForceLoop) -> Iterator[FirstEstimate]
     if not 0 < factors[0] < np.inf:
         raise CampaignError(
             f'loop "{loop.name}": its stiffness of {stiffness.value:.4g} N/m is beyond what the model can have at '
-            f'"{loop.place}" ({stuck[0]:.4g} to {stuck[-1]:.4g} N/m): its structure is wrong, not its contacts'
+            f'"{loop.place}" ({stuck[0]:.4g} to {stuck[-1]:.4g} N/m): the structure of the model is wrong, not its '
+            "contacts"
         )
     yield FirstEstimate(
         parameter="kt",

@@ -23,15 +23,15 @@ from study.estimate.first_estimate import FirstEstimate
 from study.estimate.level_modes import LevelMode, read_level_modes
 
 SLIPS = "the lowest level may already slip a little: the damping includes friction then, and is an upper bound"
-STEADY = "the damping does not grow with the amplitude: friction is no part of it"
+STEADY = "the damping does not grow with the amplitude: it includes no friction"
 LINEAR = "the model has no joint that could slip: all damping counts as that of the structure"
-FREE = "the structure without contacts: bearings and air are part of it, friction is not"
+FREE = "the structure without contacts: it includes bearings and air, but no friction"
 SOFTENED = (
-    "the lowest level may already slip a little: the frequency is corrected by half of what micro-slip with the "
-    "measured friction damping may take from it, and the interval holds from none to all of it"
+    "the lowest level may already slip a little: the frequency is corrected by half of the largest shift that "
+    "micro-slip with the measured friction damping may cause, and the interval spans zero to the full shift"
 )
-OTHER = "the model's own error of the frequency beyond that of the free structure goes into the stiffness"
-ALONE = "the model's modulus is taken as right within 1 %: measure the structure without its contacts, too"
+OTHER = "a frequency error of the model beyond that of the free structure is attributed to the stiffness"
+ALONE = "the modulus of the model is assumed to be correct within 1 %: measure the structure without its contacts, too"
 #: Least relative standard deviations of a frequency and of a damping ratio that are read off a test [-].
 LEAST_FREQUENCY, LEAST_DAMPING = 3e-4, 0.03
 #: A model's mode further off than this factor is another one [-].
@@ -259,6 +259,6 @@ def estimate_stiffness(
         interval=(low * own_stiffness, high * own_stiffness),
         unit="N/m",
         model_value=own_stiffness,
-        source=stuck.source if free is None else f"{stuck.source} beside {free.source}",
+        source=stuck.source if free is None else f"{stuck.source} compared with {free.source}",
         bias=(SOFTENED, ALONE if free is None else OTHER),
     )

@@ -40,7 +40,7 @@ FIRST_ESTIMATES = "first estimates"
 #: What to measure for each parameter.
 MEASURE = {
     "kt": 'a force-displacement loop of a contact line ([[loop]] with line = "..."), or resonances of the lowest level '
-    "with the contacts, best beside one without them (a test of the free structure)",
+    "with the contacts, preferably together with one without them (a test of the free structure)",
     "mu": "both forces of a contact line with load cells up to the highest level, or a loop in gross slip",
     "zeta": "the resonance of the lowest level, a ring-down, or a mode with its damping ratio",
     "preload": "the normal force of a line with its static part (harmonic 0)",
@@ -221,8 +221,8 @@ def _describe_beyond_priors(
         if bound != item.factor:
             wide = format_number(abs(item.factor - factor.vanishes) / WITHIN_DEVIATIONS, 2)
             yield (
-                f"{item.parameter}: {item.factor:.3g} times the case was measured, and its prior holds fits back "
-                f"at {bound:.3g}: correct it in the case, or write {item.parameter} = {wide} in [accepted]"
+                f"{item.parameter}: {item.factor:.3g} times the value of the case was measured, but its prior limits "
+                f"fits to {bound:.3g}: correct it in the case, or write {item.parameter} = {wide} in [accepted]"
             )
 
 

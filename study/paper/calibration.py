@@ -110,7 +110,7 @@ def run_calibration(case: Path, folder: Path, run: RunContext, *, quick: bool) -
     paper = quicken(paper) if quick else paper
     campaign = rename_by_line(read_measured(folder, run))
     if not len(campaign.measurement):
-        raise CampaignError(f"{folder} has no stepped sines: limits are laid beside amplitudes of steady states")
+        raise CampaignError(f"{folder} has no stepped sines: limits are compared with amplitudes of steady states")
     opened.kind.structure(opened, run)  # reduced with progress; the models that follow find it in the store
     silent = replace(run, progress=SilentProgress(), quiet=True)
     model = PaperModel(opened=opened, campaign=campaign, run=silent, effort=paper.effort)

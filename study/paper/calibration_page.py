@@ -40,7 +40,7 @@ def make_calibration_page(
     met = [item for item in (last.response.met, last.force.met) if item is not None]
     return render_plain_page(
         title=title,
-        over="Calibrated in the by-hand way of Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024)",
+        over="Calibrated by the manual procedure of Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024)",
         tone="nothing" if all(met) else "ambiguous",
         tag=f"iteration {last.number}: response {format_met(last.response.met)}, force {format_met(last.force.met)}",
         verdict=summarise(hand),
@@ -74,7 +74,7 @@ def _sections(
         title="First guesses",
         text=[]
         if guesses
-        else ["There are no loops and no force ratios: iterations begin with the case's own values."],
+        else ["There are no loops and no force ratios: iterations begin with the values of the case."],
         tables=[
             Table(
                 head=["parameter", "first guess", "case", "source"],

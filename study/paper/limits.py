@@ -94,8 +94,8 @@ def read_families(campaign: Campaign) -> MeasuredFamilies:
     families = measured_families(campaign)
     if not campaign.drive.calibrated:
         raise CampaignError(
-            f"levels are in {campaign.drive.unit}, which no model knows: limits depend on the level, so calibrate the "
-            "drive"
+            f"levels are in {campaign.drive.unit}, not in a unit of the model: limits depend on the level, so "
+            "calibrate the drive"
         )
     sensors = {item.name: item for item in campaign.sensors}
     moving = [

@@ -26,7 +26,7 @@ PAPER_KT, PAPER_MU = 11.5e6, 0.6
 DIFFERENT = (
     "The geometry of the paper's rig is not published. The shipped rig has its own: values that compensate each other "
     "there (kt, kn, root, density) need not do so here. Therefore each step is done for its stated purpose, and the "
-    "printed values stand beside the result.",
+    "printed values are shown next to the result.",
     "The stuck resonance of this rig hardly depends on the springs of the root: 0.01 % where the free blade falls by "
     "2.5 %. It is not near the measured one with the printed values of iterations 1 and 2: see Table 2.",
     "The measurements are simulated: time integration on a finer mesh, random loading histories, noise. Load cells are "
@@ -143,7 +143,7 @@ CAPTION = {
     "figure_12a": "Figure 12a: measured hysteresis curves",
     "figure_12b": "Figure 12b: measured contact force ratio; the line is its largest value",
     "figure_14": "Figure 14: measured and computed linear responses of three iterations",
-    "ways": "Parameters of both ways with their 95 % intervals; a point alone was not touched",
+    "ways": "Parameters of both procedures with their 95 % intervals; a point without interval was not changed",
     "sensitivities": "Changes of the limits by steps of one parameter at a time",
 }
 CAPTION |= {
@@ -177,14 +177,14 @@ def make_automatic_section(result: Replay, pictures: Mapping[str, bytes]) -> Pag
             for of, value in ((hand, getattr(third, name)), (own, start))
         ]
         rows.append([label, f"{factor * true:.4g}", *cells])
-    others = f" It ends with {' and '.join(result.own.others)} besides." if result.own.others else ""
+    others = f" It also ends with {' and '.join(result.own.others)}." if result.own.others else ""
     return PageSection(
         title="Automatic diagnosis",
         text=[
-            "stickslip diagnose --auto, from iteration 1 and with nothing told: each round fits the calibration "
-            "parameters with every effect at every place, and adds the one that held-out data ask for. Errors are "
-            "those of the held-out data, before and with what the round names." + others,
-            "Values that a way does not touch stay as they were, and have no interval.",
+            "stickslip diagnose --auto, from iteration 1 and without further information: each round fits the "
+            "calibration parameters with every effect at every place, and adds the one that the held-out data support. "
+            "Errors are those of the held-out data, without and with the effect that the round names." + others,
+            "Values that a procedure does not change have no interval.",
         ],
         tables=[
             Table(head=["round", "verdict", "held-out error before", "after"], rows=path, words=2),
@@ -210,6 +210,6 @@ def _make_truth_section(result: Replay) -> PageSection:
         rows.append([label, f"{factor * true:.4g}", f"{factor * own:.4g}", relative])
     return PageSection(
         title="The truth",
-        text=["The specimen behind the campaign, read after everything else was done, beside iteration 3."],
+        text=["The specimen behind the campaign, read only after all other steps, compared with iteration 3."],
         tables=[Table(head=["parameter", "truth", "iteration 3", "difference"], rows=rows)],
     )

@@ -68,7 +68,7 @@ def _compare_ways(result: Replay) -> ParameterIntervals:
         true = result.truth[name]
         if ways:
             panels.append(IntervalPanel(label=label, truth=None if true is None else factor * true, ways=ways))
-    return ParameterIntervals(panels=panels, title="Calibrated parameters of both ways, and the truth")
+    return ParameterIntervals(panels=panels, title="Calibrated parameters of both procedures, and the truth")
 
 
 def draw_by_hand(hand: ByHand, model: PaperModel, numbered: Mapping[str, int] | None = None) -> dict[str, object]:

@@ -115,8 +115,8 @@ def make_interval_section(hand: ByHand, truth: Mapping[str, float | None] | None
     text = [
         "95 % intervals. Parameters that are fitted to families have the interval within which the profile of the "
         "criterion (the other parameters of the same fit free) rises by less than 1.92, as the logarithm of a "
-        "likelihood would, with limits that are linear in the parameters; what the families do not tell is as wide as "
-        "the prior of the fit.",
+        "likelihood would, with limits that are linear in the parameters; where the families do not determine a "
+        "parameter, its interval is as wide as the prior of the fit.",
     ]
     names = {item.name for item in hand.intervals}
     resonances = "The damping ratio follows from the stuck resonance by least squares" + (
@@ -129,7 +129,7 @@ def make_interval_section(hand: ByHand, truth: Mapping[str, float | None] | None
         + (f", and {ROOT_DEVIATION:.0%} of assumed springs of the root, are part of it." if root else " is part of it.")
     )
     if held:
-        text.append(f"{sum(held)} of {len(held)} intervals hold the truth.")
+        text.append(f"{sum(held)} of {len(held)} intervals contain the truth.")
     head = ["parameter", "value", "interval", "by", *(("truth", "held") if truth is not None else ())]
     return PageSection(title="Intervals", text=text, tables=[Table(head=head, rows=rows)])
 
@@ -137,7 +137,7 @@ def make_interval_section(hand: ByHand, truth: Mapping[str, float | None] | None
 def make_missing_section(missing: Sequence[str]) -> Iterator[PageSection]:
     """What the campaign lacks, if anything."""
     if missing:
-        yield PageSection(title="What this campaign does not tell", text=missing)
+        yield PageSection(title="What this campaign cannot show", text=missing)
 
 
 def numbers(parameters: RigParameters | NonlinearTable) -> list[str]:

@@ -76,7 +76,7 @@ def choose_sensors(read: ReadCase, names: Sequence[str]) -> Model:
             chosen.append(Sensor(name=name, row=model.places[name]))
         else:
             known = ", ".join(dict.fromkeys([*own, *model.places]))
-            raise InputError(f'--sensors: "{name}" is no sensor or place of the case: give any of {known or "none"}')
+            raise InputError(f'--sensors: "{name}" is not a sensor or place of the case: give any of {known or "none"}')
     if not any(isinstance(item, Sensor) for item in chosen):
         raise InputError("--sensors: none reads a motion: add a [[sensor]] to the case, or name places with --sensors")
     return Model(**{**vars(model), "sensors": tuple(chosen)})

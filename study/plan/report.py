@@ -59,8 +59,8 @@ class PlanResult:
         weak = sum(CLEAR < plan.relative(score) <= WEAK for score in plan.scores)
         lone = sum(plan.relative(score) <= CLEAR and not plan.confused_with(score) for score in plan.scores)
         return (
-            f"Of {len(plan.scores)} effects these tests would show {clear} at strengths that matter, {lone} of them "
-            f"confused with no other; {weak} only if they are up to ten times as strong, "
+            f"Of {len(plan.scores)} effects these tests would detect {clear} at strengths that matter, {lone} of them "
+            f"without confusion with another; {weak} only at up to ten times that strength, "
             f"{len(plan.scores) - clear - weak} not at all."
         )
 
@@ -122,7 +122,7 @@ class PlanResult:
         yield f"  mass that shifts a resonance by 0.5 %; looks like: |cos| of the changes above {CONFUSED:g}"
         hidden = [score.effect.name for score in self.plan.scores if not np.isfinite(self.plan.relative(score))]
         if hidden:
-            yield from wrap(f"Not seen at all: {', '.join(hidden)}", WIDTH, initial_indent="  ", subsequent_indent="  ")
+            yield from wrap(f"Not detectable: {', '.join(hidden)}", WIDTH, initial_indent="  ", subsequent_indent="  ")
         if self.plan.catalogue.untestable:
             yield ""
             yield "Cannot be tested:"

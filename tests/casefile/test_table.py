@@ -126,13 +126,13 @@ x = 1
     ("text", "expected"),
     [
         ("", 'my.toml:1: schema is missing; write "schema = 2" as the first line'),
-        ("schema = 3\nnew = 1", "my.toml:1: schema = 3: a later form of case files"),
+        ("schema = 3\nnew = 1", "my.toml:1: schema = 3: a later format of case files"),
         (
             "schema = 1\nnew = 1",
-            'my.toml:1: schema = 1: a case of an earlier form, which is no longer read: write "schema = 2", ',
+            'my.toml:1: schema = 1: this earlier format of case files is no longer read: write "schema = 2", ',
         ),
-        ('\nschema = "2"', 'my.toml:2: schema = "2": unknown form of case files'),
-        ("schema = true", "my.toml:1: schema = true: unknown form of case files"),
+        ('\nschema = "2"', 'my.toml:2: schema = "2": unknown format of case files'),
+        ("schema = true", "my.toml:1: schema = true: unknown format of case files"),
         ("schema = 2", "my.toml:1: table [blade] is missing; add it"),
         ("schema = 2\nblade = 3", "my.toml:2: blade = 3: must be a table; write [blade]"),
         ('schema = 2\nmesh = 3\nblade.length = "1 m"', "my.toml:2: mesh = 3: must be a list of tables; write [[mesh]]"),

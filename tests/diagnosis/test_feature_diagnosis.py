@@ -123,7 +123,7 @@ def test_an_added_effect_has_the_bounds_of_the_data_and_no_value_beyond_them() -
     strong = AddedEffect(effect=large, values=np.array([0.9 * small.parameters[0].upper]))
     listed = strong.listed_in(list_effects(model, level=1.0))
     assert listed.effect.parameters == small.parameters
-    with pytest.raises(EffectError, match=r'"cubic at b": stiffness = .* is beyond what a fit to these data tries'):
+    with pytest.raises(EffectError, match=r'"cubic at b": stiffness = .* is outside the bounds of a fit to these data'):
         strong.listed_in(list_effects(model, level=1e3))
 
 

@@ -185,5 +185,5 @@ def test_records_that_no_fit_can_use_are_refused(records: dict[str, list[TimeRec
     with pytest.raises(CampaignError, match='record "short": 19 samples after the run-in are too few'):
         diagnose_records(base(), [short, held], fitted(base()))
     soft = base().with_system(stiffness=-K)
-    with pytest.raises(CampaignError, match="runs away where the fit starts: its values there are zeta 1"):
+    with pytest.raises(CampaignError, match="diverges at the start of the fit, with the values zeta 1"):
         arrange_records(soft, [train, held], fitted(base()))

@@ -51,7 +51,7 @@ def test_an_error_that_hardly_falls_names_nothing() -> None:
     verdict = judged(refit("mass at tip", (MAX_EXCESS_RATIO + 0.01) ** 2 * BEFORE.blocks))
     assert verdict.finding is Finding.NOTHING
     assert "No effect lowers the held-out error enough" in verdict.sentence
-    assert "the best candidate, mass at tip, leaves" in verdict.sentence
+    assert "with the best candidate, mass at tip, it is" in verdict.sentence
     assert "no candidate would lower it" in judged().sentence
     assert "beyond the noise" in judged(floor=np.array([BEFORE.held_out_error])).sentence
 

@@ -1,4 +1,4 @@
-"""Something small that swings by itself: planted as a degree of freedom of its own, which the model lacks."""
+"""A small attached resonator: planted as a degree of freedom of its own, which the model lacks."""
 
 from dataclasses import replace
 from types import ModuleType
@@ -121,4 +121,4 @@ def found(small: Model, paper: ModuleType) -> Diagnosis[Arrangement]:
 @slow
 def test_it_is_none_of_the_known_effects(found: Diagnosis[Arrangement]) -> None:
     assert found.verdict.finding is Finding.UNKNOWN
-    assert "something small that swings by itself at" in found.verdict.sentence
+    assert "a small attached resonator at" in found.verdict.sentence

@@ -276,7 +276,7 @@ def test_data_of_wrong_shapes_cannot_be_made() -> None:
 
 
 def test_figures_of_nothing_or_too_much_are_refused() -> None:
-    with pytest.raises(InputError, match=r"hold no line"):
+    with pytest.raises(InputError, match=r"contain no line"):
         draw_line_states(StateHistories(panels=[[]], title="Title"))
     many = [force(name) for name in "abcde"]
     with pytest.raises(InputError, match=r"forces of 5 lines .* give 1 to 4"):

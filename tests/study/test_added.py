@@ -108,7 +108,7 @@ def test_a_factor_that_is_no_accepted_parameter_is_refused(tmp_path: Path) -> No
     case = case_with(tmp_path, "[calibrated]\nmu = 1.1\n")
     case.write_text(case.read_text().replace('mu = "10 %"', "mu = 0"), encoding="utf-8")
     with pytest.raises(
-        CaseError, match=r"calibrated.mu = 1.1: mu is calibrated, but is no calibration parameter here: remove it"
+        CaseError, match=r"calibrated.mu = 1.1: mu is calibrated, but is not a calibration parameter here: remove it"
     ):
         read_case(case)
 

@@ -181,7 +181,7 @@ def test_an_error_of_the_amplitude_within_wide_deviations_is_no_agreement(ratio:
     wide = replace(of.train, whitened=0 * of.train.whitened, predicted=ratio * of.train.measured)
     summary = summarise(replace(of, train=wide))
     assert summary.tone == "ambiguous"
-    assert "do not tell" in summary.tag
+    assert "are not sufficient" in summary.tag
     assert percent in summary.tag
 
 
@@ -199,7 +199,7 @@ def test_readings_that_do_not_stand_out_of_their_scatter_are_no_agreement() -> N
     of = compared()
     summary = summarise(replace(of, train=replace(of.train, deviation=np.abs(of.train.measured))))
     assert summary.tone == "ambiguous"
-    assert "no reading stands out" in summary.tag
+    assert "no reading exceeds" in summary.tag
 
 
 def test_a_gain_that_is_not_told_from_zero_is_no_agreement() -> None:

@@ -157,7 +157,7 @@ def test_comments_do_not_make_a_diagnosis_stale_but_values_do(two_masses: TwoMas
 
 REFUSALS = [
     (("diagnose", "chain.toml", "nowhere"), r"nowhere"),
-    (("diagnose", "chain.toml", "campaign", "--without", "cubics"), '"cubics" is no kind of effect: leave out any of'),
+    (("diagnose", "chain.toml", "campaign", "--without", "cubics"), '"cubics" is not a kind of effect: leave out any'),
     (("diagnose", "chain.toml", "campaign", "--trials", "1"), "--trials 1 is too few: give 0 for linear theory"),
     (("diagnose", "nothing.toml", "campaign"), "nothing.toml: there is no such case file"),
     (("diagnose", "chain.toml", "campaign", "--out", "chain.toml"), "the output folder chain.toml is a file"),
@@ -168,7 +168,7 @@ REFUSALS = [
     (("add", "mass at tip", "--value", "5 g", "--value", "2"), r'"mass at tip" has 1 values \(mass\), not 2'),
     (("add",), "no effect is named: give one as the diagnosis writes it"),
     (("add", "mass at tip", "--case", "other.toml"), "other.toml: there is no such case file"),
-    (("undo",), "nothing was added by stickslip, so that nothing can be taken back"),
+    (("undo",), "nothing was added by stickslip, so there is nothing to undo"),
 ]
 
 
@@ -186,10 +186,7 @@ def test_bad_input_is_one_sentence(
 def test_nothing_held_out_is_refused(two_masses: TwoMasses, capsys: pytest.CaptureFixture[str]) -> None:
     two_masses(HIDDEN, held_out=False)
     assert cli.main(["diagnose", "chain.toml", "campaign", "--quiet"]) == 2
-    assert (
-        "nothing is held out, so that neither a fit nor an effect can be tested: name a level"
-        in capsys.readouterr().err
-    )
+    assert "nothing is held out, so neither a fit nor an effect can be tested: name a level" in capsys.readouterr().err
 
 
 def test_time_records_alone_are_refused(two_masses: TwoMasses, capsys: pytest.CaptureFixture[str]) -> None:
@@ -201,7 +198,7 @@ def test_time_records_alone_are_refused(two_masses: TwoMasses, capsys: pytest.Ca
     Path("campaign/campaign.toml").write_text(f"schema = 1\n{sensor}{record}", encoding="utf-8")
     Path("campaign/ring.csv").write_text("time,tip\n0,1\n1e-3,2\n2e-3,1.5\n", encoding="utf-8")
     assert cli.main(["diagnose", "chain.toml", "campaign", "--quiet"]) == 2
-    assert "campaign holds time records alone, which this command does not read" in capsys.readouterr().err
+    assert "campaign contains only time records, which this command does not read" in capsys.readouterr().err
 
 
 def test_an_edited_case_needs_a_new_diagnosis(

@@ -131,7 +131,7 @@ def test_where_no_motion_stands_out_the_test_is_told_that_shows_most(two_masses:
     result = diagnose_file(case, drowned, folder, silent_run())
     assert result.last.diagnosis.verdict.finding is Finding.NOT_TESTABLE
     words = format_report(result.last)
-    assert "cannot tell whether anything is missing: no motion stands out of its scatter" in words
+    assert "cannot show whether an effect is missing: no motion exceeds its scatter" in words
     step = result.last.next_step
     assert step.visible is not None
     assert "measure a higher level" in step.sentence

@@ -89,7 +89,7 @@ def test_the_page_holds_everything_and_loads_nothing(diagnosed: DiagnosisResult)
     words = " ".join(page.words)
     assert re.search(r"Mass at tip \((5\.9|6\.)\d+ ± [\d.]+ g\) is missing: the held-out error falls from", words)
     for section in (
-        "The error falls",
+        "Error after each step",
         "Candidates",
         "Calibration parameters",
         "What these tests would show",

@@ -86,7 +86,7 @@ def test_a_law_that_the_force_may_have_as_well_is_told_in_words_and_numbers(
     verdict = replace(result.diagnosis.verdict, finding=Finding.AMBIGUOUS, laws=[law])
     doubtful = replace(result, diagnosis=replace(result.diagnosis, verdict=verdict))
     assert "is missing, or another force at its place: the held-out error falls" in format_headline(doubtful)
-    assert format_headline(doubtful).endswith("There it may be another force as well.")
+    assert format_headline(doubtful).endswith("The force there may also be another force.")
     (told,) = make_document(doubtful)["laws"]
     assert (told["law"], told["in_words"], told["gain"], told["held_out_gain"]) == ("mass", "another force", -3.0, 1.0)
     assert told["values"]["mass"]["value"] == pytest.approx(0.006, rel=0.02)

@@ -64,7 +64,7 @@ def test_a_calibration_that_doubles_the_error_is_named_whatever_chi_squared_says
     assert list_doubts(result(drawn=0.81, before=1.2, chi2=-0.5)) == []
 
 
-@pytest.mark.parametrize(("value", "words"), [(1.035, "3.5 standard deviations"), (0.95, "as far as a fit may go")])
+@pytest.mark.parametrize(("value", "words"), [(1.035, "3.5 standard deviations"), (0.95, "at a bound of the fit")])
 def test_a_parameter_far_from_the_case_is_named(value: float, words: str) -> None:
     (doubt,) = list_doubts(result((value,)))
     assert doubt.startswith("E x ")
@@ -130,7 +130,7 @@ def test_a_natural_frequency_beyond_what_the_case_states_is_in_doubt(value: floa
     doubts = list_doubts(found)
     assert len(doubts) == doubted
     if doubted:
-        assert "3.1 standard deviations, as the case states them" in doubts[0]
+        assert "3.1 standard deviations of its prior" in doubts[0]
     found.setup.calibration_parameters = (correction,)
     found.diagnosis.baseline.fit.deviation = np.array([1e-4])
     # The fit multiplies the model's frequency by the value: the model itself is off the other way.
@@ -159,7 +159,7 @@ def test_a_large_held_out_error_that_is_left_is_said() -> None:
     )
     (doubt,) = list_doubts(result(drawn=5.0, before=4.8, best=best))
     assert doubt.startswith(
-        "With density of all the model still errs by 33 % on the held-out data (12 % on the others)"
+        "With density of all the error of the model is still 33 % on the held-out data (12 % on the training data)"
     )
     # Noise may be as large.
     best.held_out_reduced_chi2_by_noise = 1.1
@@ -169,7 +169,7 @@ def test_a_large_held_out_error_that_is_left_is_said() -> None:
 def test_errors_that_nothing_tells_are_said_to_be_unknown() -> None:
     (doubt,) = list_doubts(result(drawn=np.nan, before=np.nan))
     assert "unknown" in doubt
-    assert "no motion stands out" in doubt
+    assert "no motion exceeds" in doubt
 
 
 def test_what_looks_wrong_in_the_measurements_comes_first() -> None:

@@ -184,7 +184,7 @@ def test_a_value_beyond_what_its_prior_lets_a_fit_reach_is_said(
     case = folder / "chain.toml"
     case.write_text(case.read_text(encoding="utf-8").replace("[accepted]", "[accepted]\nkt = 0.01"), encoding="utf-8")
     (said,) = (item for item in run(folder, capfdbinary)["warnings"] if "its prior" in item)  # type: ignore[union-attr]
-    assert "holds fits back at 1.05" in said
+    assert "limits fits to 1.05" in said
     wide = float(said.split("kt = ")[1].split(" in [accepted]")[0])
     assert 2 * wide == pytest.approx(MORE_KT - 1, rel=0.05)  # two digits
 

@@ -290,7 +290,7 @@ MISTAKES = [
     ('contact = "pad"\n', 'contact has no meaning with objective = "amplitude": remove it, or take'),
     ('objective = "static force"\ncontact = "pad"\ndirection = "second tangential"\n', 'no direction 1: give -1'),
     ('objective = "amplitud"\n', 'limits.objective = "amplitud": must be "amplitude"'),
-    ("levels = [1, 1]\n", "limits.levels = [1, 1]: 1 stands there twice: remove one"),
+    ("levels = [1, 1]\n", "limits.levels = [1, 1]: 1 appears twice: remove one"),
     ("block = 0\n", "limits.block = 0: must be greater than or equal to 1"),
     ("sample = 3\n", 'limits.sample: unknown key; did you mean "samples"?'),
 ]  # fmt: skip

@@ -259,8 +259,8 @@ Change = Callable[[str], str]
         ('name = "middle"', 'name = "tip"', 'structure.boundary[1].name = "tip": "tip" is taken'),
         ("nodes = [16]", "nodes = [2147483648]", "structure.boundary[1].nodes"),
         ("nodes = [16]", f"nodes = [{10**30}]", "structure.boundary[1].nodes"),
-        ("nodes = [16]", f"nodes = [{'9' * 5000}]", "beam.toml: it holds a number of thousands of digits"),
-        ("nodes = [16]", "nodes = [16, 16]", "16 stands there twice"),
+        ("nodes = [16]", f"nodes = [{'9' * 5000}]", "beam.toml: it has a number with thousands of digits"),
+        ("nodes = [16]", "nodes = [16, 16]", "16 appears twice"),
         ('"mm, tonne, s"', '"mm, kg, s"', "units"),
         (
             '[[structure.boundary]]\nname = "middle"\nnodes = [16]\n',

@@ -36,7 +36,7 @@ def test_a_single_repeat_is_refused_at_once(
     MANIFEST.write_text(text.replace(HELD, ""))
     assert cli.main([command, "chain.toml", "campaign", "--quiet"]) == 2
     said = capsys.readouterr().err
-    assert "campaign.toml: all data have repeat = 1: noise cannot be told from effects; measure" in said
+    assert "campaign.toml: all data have repeat = 1: noise cannot be separated from effects; measure" in said
     assert said.count("\n") == 1
 
 
@@ -45,7 +45,7 @@ def test_nothing_held_out_is_refused_at_once(two_masses: TwoMasses, capsys: pyte
     two_masses({}, held_out=False)
     assert cli.main(["diagnose", "chain.toml", "campaign"]) == 2
     (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("stickslip: ")]
-    assert "campaign.toml: nothing is held out, so that neither a fit nor an effect can be tested: name a level" in line
+    assert "campaign.toml: nothing is held out, so neither a fit nor an effect can be tested: name a level" in line
     assert "e.g. repeats = [5]" in line
 
 
@@ -60,7 +60,7 @@ def test_all_that_one_repeat_lacks_is_said_at_once_with_a_measured_level(
     text = MANIFEST.read_text()
     assert cli.main(["diagnose", "chain.toml", "campaign", "--quiet"]) == 2
     said = capsys.readouterr().err
-    assert "noise cannot be told from effects" in said
+    assert "noise cannot be separated from effects" in said
     (level,) = re.findall(r"e\.g\. levels = \[([\d.]+)\]", said)
     # It can be obeyed, and holding out the one repeat instead names the same.
     MANIFEST.write_text(f"{text}\n[held_out]\nlevels = [{level}]\n")

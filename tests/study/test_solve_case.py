@@ -290,7 +290,7 @@ MISTAKES = [
     ),
     ('to = "100 Hz"', 'to = "60 Hz"', "from and to are both 60 Hz: give two different ends"),
     ('from = "60 Hz"', 'from = "-60 Hz"', 'sweep.from = "-60 Hz": must be greater than 0'),
-    ("[1, 3]", "[1, 1]", "1 stands there twice: remove one"),
+    ("[1, 3]", "[1, 1]", "1 appears twice: remove one"),
     ("[1, 3]", "[1, -3]", "sweep.levels[1] = -3: must be greater than 0"),
     ("[1, 3]", "[1, 1e300]", "sweep.levels[1] = 1e+300: must lie between 1e-12 and 1e+12: it scales the loads"),
     ("[1, 3]", "[1e-13]", "sweep.levels[0] = 1e-13: must lie between 1e-12 and 1e+12"),

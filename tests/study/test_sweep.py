@@ -160,7 +160,7 @@ def test_limits_of_a_point_are_those_of_the_case(home: Path) -> None:
         (["mu="], r"mu = : a value is missing"),
         (["mu=0.5:2:0"], r"mu = 0\.5:2:0: a range of 0 values is empty"),
         (["mu=1:1:3"], r"both ends are 1"),
-        (["mu=0.5,1,0.5"], r"mu = 0\.5,1,0\.5: 0\.5 stands there twice"),
+        (["mu=0.5,1,0.5"], r"mu = 0\.5,1,0\.5: 0\.5 appears twice"),
         (["mu=1:2:5", "mu=3"], r"mu = 3: its values are given twice"),
         (["mu=nan"], r"mu = nan: must be a number"),
         (["mu=-1,1"], r"calibrated\.mu = -1: must be greater than 0"),

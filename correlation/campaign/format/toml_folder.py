@@ -184,8 +184,8 @@ def _check_runs(manifest: Manifest, measurement: Measurement, run_of_row: Int[ND
         raise CampaignError(
             f'{MANIFEST}: {one}: two runs of test "{manifest.tests[table.test[row]].name}", it and {other}, give '
             f'sensor "{manifest.sensors[table.sensor[row]].name}" at {table.level[row]:g}, '
-            f"{table.frequency[row]:g} Hz as repeat {table.repeat[row]}: give each run a repeat of its own, or its "
-            "level if these are levels"
+            f"{table.frequency[row]:g} Hz as repeat {table.repeat[row]}: give each run its own repeat, or its level if "
+            "these are levels"
         )
 
 
@@ -201,8 +201,8 @@ def _check_sensor(manifest: Manifest, measurement: Measurement, number: int, nam
     paired = {name for pair in manifest.load_cells for name in pair.cells}
     if rows.any() and sensor.quantity == LOAD_CELL and sensor.cell is None and sensor.name not in paired:
         raise CampaignError(
-            f'{MANIFEST}: sensor "{sensor.name}" is a load cell with {rows.sum()} rows that no [[load_cells]] names: '
-            "name it in the cells of one, give it cell = the model's own, or remove the sensor and its rows"
+            f'{MANIFEST}: sensor "{sensor.name}" is a load cell with {rows.sum()} rows, but no [[load_cells]] names '
+            "it: name it in the cells of one, give it cell = the model's own, or remove the sensor and its rows"
         )
     for test in np.unique(measurement.test[rows]):
         _check_constant(manifest, measurement, int(test), number)
@@ -246,8 +246,8 @@ def _check_records(manifest: Manifest, records: Sequence[TimeRecord]) -> None:
             sensor = sensors.get(channel)
             if channel != record.force and sensor is None:
                 raise CampaignError(
-                    f'{MANIFEST}: record "{record.name}" has a channel "{channel}", which is no sensor; '
-                    f'add the sensor, or force = "{channel}" if it is what drives'
+                    f'{MANIFEST}: record "{record.name}" has a channel "{channel}", which is not a sensor; '
+                    f'add the sensor, or force = "{channel}" if it is the driving force'
                 )
             # A voltage is a channel that has not been calibrated: it is compared up to its scale.
             wanted = {"V", find_base_unit(sensor.unit)[1] if sensor else "N"}

@@ -95,7 +95,7 @@ def _read_row(file: str, line: Line, width: int, *, comma: bool) -> list[float]:
     values = [read_number(field, decimal_comma=comma) for field in fields[:width]]
     wrong = next((field for field, value in zip(fields, values, strict=False) if not isinstance(value, float)), None)
     if wrong is not None:
-        raise CampaignError(f'{file}, line {number}: "{wrong[:40]}" is no number; correct it')
+        raise CampaignError(f'{file}, line {number}: "{wrong[:40]}" is not a number; correct it')
     return [value for value in values if isinstance(value, float)]
 
 

@@ -20,7 +20,7 @@ def read(path: Path) -> MeasuredFile:
     """Numbers as columns named as in MATLAB, such as ``FRF{1}.freq`` or ``run(2).acc(:,3)``; texts as facts."""
     data = path.read_bytes()
     if not data.startswith(b"MATLAB"):
-        raise CampaignError(f"{path.name}: is no MATLAB file of version 5 or later; save it by save -v7")
+        raise CampaignError(f"{path.name}: is not a MATLAB file of version 5 or later; save it by save -v7")
     collection = Collection()
     created = data[:116].decode("latin-1").partition("Created on:")[2].strip(" \0")
     if created:

@@ -42,7 +42,7 @@ def read(path: Path) -> MeasuredFile:
     facts = {"sampling rate": f"{rate} Hz", STORED_AS: str(samples.dtype)}
     time = Column(name="time", values=np.arange(len(table)) / rate, unit="s", function="time", facts=facts)
     if table.dtype.kind == "f" and not np.isfinite(table).all():
-        raise CampaignError(f"{path.name}: has samples that are no finite numbers; record or copy it again")
+        raise CampaignError(f"{path.name}: has samples that are not finite numbers; record or copy it again")
     channels = (
         Column(
             name=f"channel {number + 1}", values=table[:, number].astype(np.float64), abscissa="time", function="time",

@@ -195,7 +195,7 @@ def _find_header(file: str, above: Sequence[Row], width: int, separator: str) ->
     for number, fields in header[1:]:  # A damaged row of numbers is no row of units.
         wrong = next((field for field in fields if not _may_be_label(field)), None)
         if wrong is not None:
-            raise CampaignError(f'{file}, line {number}: "{wrong}" is no number; correct it')
+            raise CampaignError(f'{file}, line {number}: "{wrong}" is not a number; correct it')
     return header
 
 

@@ -53,11 +53,11 @@ def skip_footer(file: str, lines: Iterable[Line], dialect: Dialect, facts: dict[
         else:
             raise CampaignError(
                 f'{file}, line {below[0][0]}: "{_quote(below[0])}" ends a table, and line {number} is a row of numbers '
-                "again: write each table, level or repeat into a file of its own, or remove what is between them"
+                "again: write each table, level or repeat into its own file, or remove what is between them"
             )
     if below:
         line_below = f'line {below[0][0]}: "{_quote(below[0])}"'
-        facts[FOOTER] = f"{line_below} and what is below it are none of the table, and not read"
+        facts[FOOTER] = f"{line_below} and what is below it are not part of the table, and not read"
 
 
 def describe_footer(facts: Mapping[str, str]) -> str:

@@ -36,7 +36,7 @@ def open_text(path: Path) -> Iterator[IO[str]]:
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise CampaignError(f"{path.name}: its compressed content is damaged ({error}); copy it again") from None
     except UnicodeError:
-        raise CampaignError(f"{path.name}: is no text in UTF-16 although it begins so; save it in UTF-8") from None
+        raise CampaignError(f"{path.name}: is not text in UTF-16 although it begins so; save it in UTF-8") from None
     except OSError as error:
         raise CampaignError(f"{path.name}: cannot be read ({error.strerror or error})") from None
 

@@ -123,7 +123,7 @@ def _read_lines(file: str, stream: IO[str], comments: list[str]) -> Iterator[Lin
             comments.append(clean(stripped))
             continue
         if "\0" in text:
-            raise CampaignError(f"{file}, line {number}: is no text; save the file as CSV in UTF-8")
+            raise CampaignError(f"{file}, line {number}: is not text; save the file as CSV in UTF-8")
         yield number, text.rstrip("\r\n")
 
 
@@ -193,13 +193,13 @@ class _Blocks:
                 f"has a {word[other]} where decimals are {word[sign]}s, and no groups of three digits: write one "
                 "decimal sign in all rows"
             )
-        return "is no number; correct it, or leave the field empty"
+        return "is not a number; correct it, or leave the field empty"
 
     def _wrong_width(self, line: int, fields: Sequence[str], width: int) -> CampaignError:
         if self.dialect.separator == "," and len(fields) > width:
             remedy = "are its decimals commas? separate the fields by semicolons, or write decimal points"
         else:
-            remedy = "is the row cut short?" if len(fields) < width else "remove what is too much"
+            remedy = "is the row cut short?" if len(fields) < width else "remove the surplus fields"
         return CampaignError(f"{self.file}, line {line}: has {len(fields)} fields, other rows have {width}: {remedy}")
 
 

@@ -66,7 +66,7 @@ def read_binary_values(
     numbers = [int(field) for field in re.findall(r"-?\d+", identifier)[:4]]
     fields = re.findall(r"-?\d+", record[:30])
     if len(numbers) < 4 or (record and len(fields) < 3):
-        raise error(-1, f'"{identifier.strip()[:60]}" is no description of binary values; export the file again')
+        raise error(-1, f'"{identifier.strip()[:60]}" is not a description of binary values; export the file again')
     order, number_format, _, n_byte = numbers
     if not record:
         return _skip(error, data, start, n_byte)
@@ -147,5 +147,5 @@ def _skip(error: Callable[[int, str], CampaignError], data: bytes, start: int, n
     """Pass a binary dataset of another type."""
     end = start + n_byte
     if n_byte < 0 or end > len(data) or not (END_MARK.match(data, end) or not data[end:].strip()):
-        raise error(-1, f"has not {n_byte} bytes of binary values, as it says; export the file again")
+        raise error(-1, f"does not have the stated {n_byte} bytes of binary values; export the file again")
     return BinaryValues(abscissa=None, ordinate=np.zeros(0), end=end)

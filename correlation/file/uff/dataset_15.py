@@ -46,9 +46,9 @@ def read_nodes(dataset: Dataset, units: FileUnits) -> dict[int, Node]:
         with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused here
             point = point * units.metre
         if not all(map(math.isfinite, point)) or int(number) <= 0:
-            raise dataset.error(row, f'"{dataset.text(row).strip()[:60]}" is no node with three coordinates')
+            raise dataset.error(row, f'"{dataset.text(row).strip()[:60]}" is not a node with three coordinates')
         if int(number) in nodes and not np.array_equal(nodes[int(number)], point):
-            raise dataset.error(row, f"node {number} stands twice, at different places; remove one")
+            raise dataset.error(row, f"node {number} appears twice, at different places; remove one")
         nodes[int(number)] = point
     if len(rows) % step:
         raise dataset.error(rows[-1], "the last node has no coordinates; is the file cut?")

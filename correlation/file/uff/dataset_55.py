@@ -40,7 +40,7 @@ def read_shape(dataset: Dataset, units: FileUnits) -> MeasuredShape:
     while len(real) < n_real:
         numbers = read_reals(dataset, row)
         if numbers is None or not len(numbers):
-            raise dataset.error(row, f'"{dataset.text(row).strip()[:60]}" are no real parameters')
+            raise dataset.error(row, f'"{dataset.text(row).strip()[:60]}" are not real parameters')
         real, row = np.concatenate([real, numbers]), row + 1
     frequency, damping = _read_frequency_and_damping(analysis, real)
     nodes, values = _read_values(dataset, row, width, kind == COMPLEX)
@@ -89,7 +89,7 @@ def _read_values(dataset: Dataset, start: int, width: int, has_phase: bool) -> t
         values.append(numbers)
     if len({*nodes}) < len(nodes):
         twice = next(node for node in nodes if nodes.count(node) > 1)
-        raise dataset.error(start, f"node {twice} stands twice in one shape; remove one")
+        raise dataset.error(start, f"node {twice} appears twice in one shape; remove one")
     table = np.array(values, dtype=np.float64).reshape(len(nodes), needed)
     table = table[:, ::2] + 1j * table[:, 1::2] if has_phase else table
     return np.array(nodes, dtype=np.int64), table[:, :6]

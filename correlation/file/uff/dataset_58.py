@@ -208,6 +208,6 @@ def _read_by_width(dataset: Dataset, kind: int, *, even: bool) -> NDArray[np.flo
         used = next((n for n in range(len(widths) + 1) if sum(widths[:n]) >= len(text)), len(widths))
         # Numbers end where their fields do; otherwise characters are lost.
         if len(text) != sum(widths[:used]):
-            raise dataset.error(row, f'"{text.strip()[:80]}" are no {len(widths)} numbers; export the file again')
+            raise dataset.error(row, f'"{text.strip()[:80]}" are not {len(widths)} numbers; export the file again')
         numbers.extend(float(value) for value in read_fields(dataset, row, widths[:used], "e" * used))
     return np.array(numbers, dtype=np.float64)

@@ -38,7 +38,7 @@ def read_fields(dataset: Dataset, row: int, widths: Sequence[int], kinds: str) -
     parsed = _parse([*apart, *[""] * (len(kinds) - len(apart))], kinds) if len(apart) <= len(kinds) else None
     if parsed is None or "t" in kinds[: len(apart)]:
         raise dataset.error(
-            row, f'"{text.strip()[:60]}" is no record of {_describe_kinds(kinds)}; export the file again'
+            row, f'"{text.strip()[:60]}" is not a record of {_describe_kinds(kinds)}; export the file again'
         )
     return parsed
 

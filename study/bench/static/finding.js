@@ -12,7 +12,7 @@ function beginLaw(law) {
   if (!law) return;
   const button = make("button", { text: "Edit and save it as an effect" });
   button.onclick = () => editOwn(law.file, law.text);
-  byId("law").replaceChildren(make("h2", { text: "The missing law, recovered" }), ...law.sentences.map((text) => make("p", { className: "sub", text })), ...drawPicture(law.picture, "Force over displacement and velocity, with its bands"),
+  byId("law").replaceChildren(make("h2", { text: "The missing law, recovered" }), ...law.sentences.map((text) => make("p", { className: "sub", text })), ...drawPicture(law.picture, "Force against displacement and velocity, with its bands"),
     make("details", {}, make("summary", { text: "as an effect of your own" }), make("pre", { textContent: law.text, tabIndex: 0 })), button);
 }
 
@@ -21,6 +21,6 @@ function beginNextTest(next) {
   if (!next) return;
   const rows = next.rows.map((row) => [row.title, digits(100 * row.probability) + " %", Math.round(row.minutes) + " min"]);
   byId("next").replaceChildren(make("h2", { text: "What to measure next" }), make("p", { text: next.sentence }),
-    ...(rows.length ? [make("p", { className: "sub", text: "Probability that a test tells between " + next.between.join(" and ") + ", and what it takes, roughly." }), drawTable({ head: ["test", "decides", "takes"], rows, words: 1 })] : []),
+    ...(rows.length ? [make("p", { className: "sub", text: "Probability that a test separates " + next.between.join(" and ") + ", and its approximate time." }), drawTable({ head: ["test", "decides", "takes"], rows, words: 1 })] : []),
     ...(next.remark ? [make("p", { className: "sub", text: next.remark[0].toUpperCase() + next.remark.slice(1) + "." })] : []), ...drawPicture(next.picture, "What each explanation predicts for the advised test"));
 }

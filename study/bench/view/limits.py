@@ -29,8 +29,8 @@ def show_limits(comparison: FamilyComparison, panels: Sequence[tuple[bool, Senso
     document = document_families(comparison)
     compared = [item for item in comparison.verdicts if item.n_compared]
     leaving = sum(item.leaves_band for item in compared)
-    headline = f"{leaving} of {len(compared)} measured families leave them." if leaving else (
-        "All measured families lie within." if compared else "None were found."
+    headline = f"{leaving} of {len(compared)} measured families leave the limits." if leaving else (
+        "All measured families lie within the limits." if compared else "No limits were found."
     )  # fmt: skip
     return {
         "headline": headline,

@@ -13,8 +13,8 @@ from study.page.table import Table
 
 TEXT = (
     "Forces summed over each contact line. Of the fundamental: the amplitude where it is largest in "
-    "the measurement. Static parts are means over the measured frequencies; they depend on what the contacts went "
-    "through before, which no test records, so that their prediction, which begins at rest, need not agree."
+    "the measurement. Static parts are means over the measured frequencies; they depend on the loading history of the "
+    "contacts, which no test records; the prediction begins at rest and need not agree."
 )
 
 

@@ -14,8 +14,9 @@ from study.page.table import Table
 
 TEXT = (
     "Without a model: the distance of the responses per unit of force from those at the lowest level, over their size, "
-    "without what noise explains. It says that the structure is nonlinear, not why; a drift between levels looks alike "
-    "unless a level is repeated. Where two steady states exist, each sweep is compared with its own kind."
+    "after subtraction of what noise explains. It says that the structure is nonlinear, not why; a drift between "
+    "levels looks the same unless a level is repeated. Where two steady states exist, each sweep is compared with its "
+    "own kind."
 )
 
 

@@ -17,7 +17,7 @@ from study.page.number import bin_image, round_list
 TEXT = (
     "Difference of every point in standard deviations: what noise, friction histories and numerical error do not "
     "explain. Rows: sensor and harmonic, and within each the levels, rising upwards; columns: the measured "
-    "frequencies, drawn evenly. Below 2, the pale cells, chance explains it."
+    "frequencies, drawn evenly. Values below 2 (pale cells) are explained by chance."
 )
 
 

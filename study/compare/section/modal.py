@@ -22,12 +22,12 @@ PAIRING = (
     "of a jointed structure stick. MAC is 1 for equal shapes; a picture shows it for several modes, pairs are framed."
 )
 SENSORS = (
-    "CoMAC is 1 for a sensor that moves as in the model in all pairs, the worst sensor first. It sees sizes alone: a "
-    "sensor with the opposite sign keeps its CoMAC and lowers the MAC of the modes."
+    "CoMAC is 1 for a sensor that moves as in the model in all pairs, the worst sensor first. It compares magnitudes "
+    "only: a sensor with the opposite sign keeps its CoMAC and lowers the MAC of the modes."
 )
 RESPONSES = (
     "FRAC is 1 where the model's linear response has the shape of the measured one over frequency; a resonance that is "
-    "off lowers it, however alike the modes are. Poles that come back at every order of the fit (stable) are modes; "
+    "off lowers it, even if the modes agree. Poles that come back at every order of the fit (stable) are modes; "
     "dotted lines mark those that were taken. FDAC is 1 where the measured deflection shape at one frequency is "
     "that of the model at another: a dark ridge beside the line of equal frequencies is a resonance that is off."
 )
@@ -116,8 +116,8 @@ def _judge_shapes(own: ModalSet) -> Iterator[str]:
     """Verdict of the assurance criteria, and their limits with few sensors."""
     if len(own.sensors) < FEW_SENSORS:
         yield (
-            f"With {len(own.sensors)} sensors unlike shapes of the {own.configuration} structure may score high: "
-            "trust the frequencies more."
+            f"With {len(own.sensors)} sensors different shapes of the {own.configuration} structure may have a high "
+            "MAC: rely more on the frequencies."
         )
     for sensor, value in zip(own.sensors, own.coordinate, strict=False):
         if value < LOW:

@@ -77,9 +77,9 @@ def _describe_left_out_states(compared: ComparisonResult) -> list[str]:
     settled = _list_settled_states(compared.campaign)
     unit = compared.campaign.drive.unit
     reasons = {
-        "there repeats, or sweeps up and down, differ far more than at the frequencies beside, because the response "
-        "jumps from one steady state to another, contacts slip in some repeats only or it had not settled, and a mean "
-        "of them is no response": lost & settled,
+        "there repeats, or sweeps up and down, differ far more than at neighbouring frequencies, because the response "
+        "jumps from one steady state to another, contacts slip in some repeats only or it had not settled, so that "
+        "their mean is not a response": lost & settled,
         "all of their readings are of repeats before the contacts settled": lost - settled,
         "their level is held out from calibration, and no held-out repeat has them": read - known,
     }

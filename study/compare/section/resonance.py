@@ -17,7 +17,7 @@ TEXT = (
     "Frequency and damping ratio of each mode at each level, read from the same points of the measured and of the "
     "predicted response by the parabola of one mode. With friction they change with the level: the backbone. Intervals "
     "are two standard deviations of the difference, by noise, friction histories, numerical error and the reading of "
-    "the peak; a deviation beyond 4 is more than chance does."
+    "the peak; a deviation above 4 is not due to chance."
 )
 HEAD = (
     "structure",

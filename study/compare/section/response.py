@@ -23,8 +23,8 @@ Values = NDArray[np.complex128]
 MOST_READINGS = 60_000
 TEXT = (
     "Points are means of the repeats, with their standard deviations, thin lines are single runs, thick lines are "
-    "predicted. Motions are drawn per unit of the level. Below the response: by how much the prediction "
-    "departs from each point. In standard deviations, the band of +-2 is what noise, friction histories and numerical "
+    "predicted. Motions are drawn per unit of the level. Below the response: the difference between the prediction and "
+    "each point. In standard deviations, the band of +-2 is what noise, friction histories and numerical "
     "error explain; of F / X, the real part is stiffness and inertia, the imaginary part damping."
 )
 

@@ -144,14 +144,14 @@ def test_tables_are_read_only(tmp_path: Path) -> None:
         ({"unit": "N"}, r'unit = "N" for sensor "tip", which measures a displacement: .*such as "m" is needed'),
         ({"unit": "mil"}, r'unit = "mil" .*another quantity.* write thou'),
         ({"unit": ""}, r'stepped\.csv:2: unit is missing; write "m"'),
-        ({"sensor": "tipp"}, r'stepped\.csv:2: sensor = "tipp" is no sensor.*did you mean "tip"\?'),
-        ({"test": "free"}, r'stepped\.csv:2: test = "free" is no test of campaign\.toml for this file'),
-        ({"sweep": "rising"}, r'sweep = "rising" is no sweep: give one of up, down, none'),
+        ({"sensor": "tipp"}, r'stepped\.csv:2: sensor = "tipp" is not a sensor.*did you mean "tip"\?'),
+        ({"test": "free"}, r'stepped\.csv:2: test = "free" is not a test of campaign\.toml for this file'),
+        ({"sweep": "rising"}, r'sweep = "rising" is not a sweep: give one of up, down, none'),
         ({"real": "nan"}, r'stepped\.csv:2: real = "nan" is not finite; leave out'),
         ({"imag": "inf"}, r'imag = "inf" is not finite'),
-        ({"imag": ""}, r'imag = "" is no number; leave out what was not measured'),
-        ({"real": "1.2.3"}, r'stepped\.csv:2: real = "1\.2\.3" is no number'),
-        ({"real": '"9,51"'}, r'real = "9,51" is no number; write a decimal point, not a comma'),
+        ({"imag": ""}, r'imag = "" is not a number; leave out what was not measured'),
+        ({"real": "1.2.3"}, r'stepped\.csv:2: real = "1\.2\.3" is not a number'),
+        ({"real": '"9,51"'}, r'real = "9,51" is not a number; write a decimal point, not a comma'),
         ({"real": "9,51"}, r"stepped\.csv:2: has 12 fields, the header has 11: are its decimals commas"),
         ({"level": "-1"}, r"stepped\.csv:2: level = -1: must be positive"),
         ({"frequency": "0"}, r"stepped\.csv:2: frequency = 0: must be positive"),
@@ -230,7 +230,7 @@ def test_a_dead_channel_is_refused_with_its_reading(tmp_path: Path) -> None:
             r'sensor\[1\]\.place: give place = "\.\.\." or coordinates',
         ),
         ('"0.5 %"', '"0.5 mm"', r'sensor\[1\]\.uncertainty = "0\.5 mm": .*a bare number is needed'),
-        ('name = "mid"', 'name = "tip"', r'sensor\[2\]\.name = "tip": two have this name; give each a name of its own'),
+        ('name = "mid"', 'name = "tip"', r'sensor\[2\]\.name = "tip": two have this name; give each its own name'),
         ('name = "mid"', 'name = ["mid"]', r"sensor\[2\]\.name = \['mid'\]: must be text in quotes"),
         ('name = "mid"', "name = { of = 1 }", r"sensor\[2\]\.name = \{'of': 1\}: must be text in quotes"),
         ('name = "stepped"', 'name = ["stepped"]', r"test\[1\]\.name = \['stepped'\]: must be text in quotes"),
@@ -274,7 +274,7 @@ def test_mistakes_of_several_tables_are_told_together(tmp_path: Path) -> None:
     with pytest.raises(CampaignError) as caught:
         read_campaign(folder)
     first, second = str(caught.value).split("\n")
-    assert first.startswith('stepped.csv:4: real = "1;5" is no number')
+    assert first.startswith('stepped.csv:4: real = "1;5" is not a number')
     assert second.startswith("free.csv: there is no such file")
 
 
@@ -303,5 +303,5 @@ def test_a_folder_without_manifest_is_refused(tmp_path: Path) -> None:
 def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
     folder = campaign_folder(tmp_path)
     (folder / "stepped.csv").write_bytes(b"\x00\x01\xff\xfe" * 20)
-    with pytest.raises(CampaignError, match=r"stepped\.csv: is no text in UTF-8; save it as CSV"):
+    with pytest.raises(CampaignError, match=r"stepped\.csv: is not text in UTF-8; save it as CSV"):
         read_campaign(folder)

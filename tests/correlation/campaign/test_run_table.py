@@ -122,7 +122,7 @@ def test_a_sweep_that_is_stated_is_in_the_order_of_its_direction_however_a_table
     campaign = read_campaign(tmp_path)
     table = campaign.measurement
     assert table.frequency[np.argsort(table.order)].tolist() == [13, 12, 11, 10]
-    assert not any("mixed up" in item.sentence for item in campaign.suspicions)
+    assert not any("exchanged" in item.sentence for item in campaign.suspicions)
 
 
 def passes(frequency: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -217,7 +217,7 @@ def test_each_sweep_of_a_run_may_have_a_level(tmp_path: Path, stated: bool) -> N
     assert (np.abs(table.value) / table.level)[table.frequency == 11] == pytest.approx(np.full(4, 9.80665))
     with pytest.raises(CampaignError, match=r"levels: has 3 numbers, but data\.csv has 4 sweeps: give one for each"):
         read(tmp_path, text, "levels = [2.0, 2.0, 10.0]", columns)
-    with pytest.raises(CampaignError, match=r"levels: is for the sweeps .* level is given in no other way"):
+    with pytest.raises(CampaignError, match=r"levels: is for sweeps .* without another level"):
         read(tmp_path, text, "level = 1.0\nlevels = [2.0, 2.0, 10.0, 10.0]", columns)
 
 

@@ -184,7 +184,7 @@ def test_a_bad_record_is_named_with_its_place(tmp_path: Path, text: str, message
 @pytest.mark.parametrize(
     ("units", "message"),
     [
-        ({"tip": "kg"}, r'record "r": units\.tip: "kg" is no unit of a time record'),
+        ({"tip": "kg"}, r'record "r": units\.tip: "kg" is not a unit of a time record'),
         ({"tip": "mmm"}, r'units\.tip: unknown unit "mmm"; did you mean "mm"\?'),
         ({"tip": "mm", "time": "Hz"}, r'record "r": time: .*"Hz" is a unit of another quantity'),
     ],
@@ -195,7 +195,7 @@ def test_a_bad_unit_of_a_record_is_refused(tmp_path: Path, units: dict[str, str]
 
 
 def test_a_force_that_is_no_channel_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(CampaignError, match='force = "shaker" is no channel: add shaker = "N" to its units'):
+    with pytest.raises(CampaignError, match='force = "shaker" is not a channel: add shaker = "N" to its units'):
         record(tmp_path, "time,tip\n0,1\n1,2\n", force="shaker")
 
 
@@ -217,7 +217,7 @@ def test_an_uneven_step_is_refused_where_one_is_needed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("channel", "unit", "message"),
     [
-        ("elsewhere", "m", r'record "ring" has a channel "elsewhere", which is no sensor; add the sensor, or force'),
+        ("elsewhere", "m", r'record "ring" has a channel "elsewhere", which is not a sensor; add the sensor, or force'),
         ("y", "m/s", r'channel "y" is in m/s, give V or m'),
     ],
 )

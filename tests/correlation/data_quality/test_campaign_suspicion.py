@@ -192,7 +192,7 @@ def test_sweeps_that_run_the_other_way_are_suspected() -> None:
     made = campaign()
     mixed = replace(made.measurement, sweep=-made.measurement.sweep)
     result = sentences(replace(made, measurement=mixed))
-    assert "in sweeps up the frequency goes the other way, by the column order, in 144 of 144 steps" in result
+    assert "in sweeps up the frequency goes in the other direction, by the column order, in 144 of 144 steps" in result
 
 
 def test_radians_per_second_labelled_hertz_are_suspected_beside_a_model() -> None:

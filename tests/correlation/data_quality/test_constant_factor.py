@@ -90,4 +90,4 @@ def test_a_factor_of_ten_is_no_sure_unit() -> None:
     """The model is 5 % off: g and ten are not told apart."""
     told = [item for seed in range(10) for item in suspected(seed, 0.05, 1.0, 10.0)]
     assert told
-    assert all("ten times another looks alike" in item.sentence for item in told)
+    assert all("wrong by a factor of ten looks the same" in item.sentence for item in told)

@@ -25,7 +25,7 @@ def test_a_clock_that_runs_freely_is_told_once() -> None:
     assert result.where == 'test "stepped"'
     assert result.of_test
     assert "14 of 15 times" in result.sentence
-    assert "do not count from the force" in result.sentence
+    assert "are not relative to the force" in result.sentence
 
 
 def test_one_run_that_counts_from_something_else_is_told() -> None:

@@ -297,7 +297,7 @@ def test_what_looks_wrong_in_a_loop_is_a_suspicion_of_the_campaign(tmp_path: Pat
     turn = np.linspace(0, 8 * np.pi, 2001)
     data = columns("x,F", 1e-3 * np.cos(turn), np.cos(turn - 0.5))  # the force lags: the loop gives energy
     campaign = read_campaign(write(tmp_path, LOOP, loop=data))
-    assert any("bench: the loops run the other way round" in str(item) for item in campaign.suspicions)
+    assert any("bench: the loops run in the opposite direction" in str(item) for item in campaign.suspicions)
 
 
 CELLS = """[convention]
@@ -407,7 +407,7 @@ def test_a_mistake_in_load_cells_names_its_key(tmp_path: Path, old: str, new: st
 def test_a_load_cell_without_a_pair_is_refused(tmp_path: Path) -> None:
     manifest = CELLS + 'R5 = { real = "a", imag = "d", unit = "N" }\n[[sensor]]\nname = "R5"\nquantity = "load cell"\n'
     folder = write(tmp_path, manifest, cells="f,a,b,c,d\n10,3,1,1,-1\n11,2,0,1,0.5\n")
-    with pytest.raises(CampaignError, match=r'sensor "R5".*2 rows that no \[\[load_cells\]\] names'):
+    with pytest.raises(CampaignError, match=r'sensor "R5".*2 rows, but no \[\[load_cells\]\] names it'):
         read_campaign(folder)
 
 

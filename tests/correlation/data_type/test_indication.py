@@ -152,7 +152,7 @@ def test_loops_show_work_and_play_that_the_model_lacks(
     indications = {item.kind: item for item in list_loop_indications(model, [loose], [predict_loop(model, loose)])}
     assert indications["play"].is_clear
     # W = 4 F (A - F/k - play/2) over the way 2 (2 A - play): 200 N (1 - 0.2 / 0.85), with the samples of the stroke.
-    near, force = indications["play"].measured.removesuffix(" N in the mean over the rest of the way").split(", and ")
+    near, force = indications["play"].measured.removesuffix(" N on average over the rest of the stroke").split(", and ")
     assert near == "stays near zero over 0.3 mm"
     assert float(force.removeprefix("resists with ")) == pytest.approx(200 * (1 - 0.2 / 0.85), rel=0.01)
     assert indications["work"].is_clear

@@ -91,7 +91,7 @@ def test_segments_that_continue_are_one_and_others_are_groups(tmp_path: Path) ->
         (HEAD, "no rows below a second"),
         (HEAD + SEGMENT, "line 15: has no rows below this header"),
         (HEAD + SEGMENT + "1.0\t0.5\n", "line 17: has 2 fields, other rows have 3"),
-        (HEAD + SEGMENT + "1.0\tx\t0.5\n", 'line 17: "x" is no number'),
+        (HEAD + SEGMENT + "1.0\tx\t0.5\n", 'line 17: "x" is not a number'),
     ],
 )
 def test_damage_is_one_sentence_with_its_line(tmp_path: Path, text: str, message: str) -> None:

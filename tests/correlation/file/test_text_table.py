@@ -168,13 +168,13 @@ def test_the_name_of_a_single_column_may_have_blanks(tmp_path: Path, above: str,
 def test_rows_that_close_a_table_are_not_read_and_named(tmp_path: Path, closing: str) -> None:
     measured = read(tmp_path, "f;acc\n" + 4 * "1,5;2\n2,5;3\n" + closing + "\n")
     np.testing.assert_array_equal([column.values for column in measured.columns], [4 * [1.5, 2.5], 4 * [2.0, 3.0]])
-    assert "none of the table" in measured.facts["closing rows"]
+    assert "not part of the table" in measured.facts["closing rows"]
     assert closing.strip(";\n").splitlines()[0] in measured.facts["closing rows"]
 
 
 def test_two_tables_in_one_file_are_refused_with_the_line_between_them(tmp_path: Path) -> None:
     block = "\n".join(f"{f};{f + 1}" for f in range(5))
-    with pytest.raises(CampaignError, match=r'line 8: "Sweep at 3 N" ends a table, and line 10 .* file of its own'):
+    with pytest.raises(CampaignError, match=r'line 8: "Sweep at 3 N" ends a table, and line 10 .* its own file'):
         read(tmp_path, f"Sweep at 1 N\nf;acc\n{block}\nSweep at 3 N\nf;acc\n{block}\n")
 
 
@@ -234,20 +234,20 @@ def test_encodings_and_gzip_do_not_matter(tmp_path: Path, encoding: str) -> None
     ("text", "message"),
     [
         ("a,b\n1,2\n3\n4,5\n6,7\n", r"line 3: has 1 fields, other rows have 2: is the row cut short\?"),
-        ("a,b\n1,2\n3,x4\n5,6\n7,8\n", 'line 3, column 2: "x4" is no number'),
-        ("a,b\n1,2\n3,1_000\n5,6\n7,8\n9,9\n", 'line 3, column 2: "1_000" is no number'),
+        ("a,b\n1,2\n3,x4\n5,6\n7,8\n", 'line 3, column 2: "x4" is not a number'),
+        ("a,b\n1,2\n3,1_000\n5,6\n7,8\n9,9\n", 'line 3, column 2: "1_000" is not a number'),
         ("a;b\n1,5;2\n2,5;3\n1.5;3\n2,5;1\n2,5;2\n1.234,5;1\n", 'line 4, column 1: "1.5" has a point .* no groups'),
-        ("a;b\n1,5;2\n2,5;3\n1.23.5;3\n2,5;1\n2,5;2\n", 'line 4, column 1: "1.23.5" is no number'),
+        ("a;b\n1,5;2\n2,5;3\n1.23.5;3\n2,5;1\n2,5;2\n", 'line 4, column 1: "1.23.5" is not a number'),
         ("a\tb\n1.5\t2\n2.5\t3\n1,25\t3\n2.5\t1\n2.5\t2\n", 'line 4, column 1: "1,25" has a comma .* no groups'),
         ("a;b\n1,5;70.5\n2,5;71.5\n3,5;72.5\n", "has a comma where decimals are points"),
         ("a;b\n1,5;0.125\n2,5;0.250\n3,5;0.375\n", "has a comma where decimals are points"),
-        ("a,b\n1,2\n3,4\nx5,6\n7,8\n9,9\n", 'line 4, column 1: "x5" is no number'),
-        ("a,b\n0.0x5,1\n2,3\n4,5\n6,7\n", r'line 2: "0\.0x5" is no number'),
+        ("a,b\n1,2\n3,4\nx5,6\n7,8\n9,9\n", 'line 4, column 1: "x5" is not a number'),
+        ("a,b\n0.0x5,1\n2,3\n4,5\n6,7\n", r'line 2: "0\.0x5" is not a number'),
         ("a,b,c\n1,2\n3,4\n", "line 1: has 3 fields between commas, the rows below have 2"),
         ('a,b\n1,2\n"3,4\n5,6\n', "line 3: a quotation mark"),
         ("a,b\nx,y\n", "no column of numbers"),
         ("\n\n", "no rows"),
-        ("a,b\n1,\0\n2,3\n", "line 2: is no text"),
+        ("a,b\n1,\0\n2,3\n", "line 2: is not text"),
     ],
 )
 def test_damage_is_one_sentence_with_line_and_value(tmp_path: Path, text: str, message: str) -> None:

@@ -64,7 +64,7 @@ def test_stated_noise_is_taken(n_repeat: int) -> None:
 
 
 def test_a_short_curve_without_repeats_is_refused() -> None:
-    with pytest.raises(CampaignError, match=r'"tip".*one repeat.*state the noise'):
+    with pytest.raises(CampaignError, match=r'"tip".*single repeat.*state the noise'):
         relative_noise(campaign(GRID[::12]))
     assert len(relative_noise(campaign(GRID[::12], noise=(0.0, 1e-5)))) == 2 * len(GRID[::12])
 

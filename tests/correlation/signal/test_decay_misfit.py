@@ -72,7 +72,7 @@ def test_a_weak_mode_that_is_none_costs_no_part_of_the_decay() -> None:
 
 
 @pytest.mark.parametrize(
-    ("apart", "sentence"), [(0.05, "nearer than the"), (0.0, "nearer than the"), (0.7, "cannot be told from")]
+    ("apart", "sentence"), [(0.05, "closer than the"), (0.0, "closer than the"), (0.7, "cannot be separated from")]
 )
 def test_two_modes_that_are_one_are_refused(apart: float, sentence: str) -> None:
     """Modes nearer than they decay fit a single one at any size, as 10 and -9 times its own."""

@@ -191,7 +191,7 @@ def test_steady_records_in_noise_are_called_settled() -> None:
     [
         (times(1.0), np.full(5000, np.nan), FREQUENCY, "channel 0"),
         (times(1.0), np.ones(5000), None, "constant"),
-        (times(1.0), np.random.default_rng(9).standard_normal(5000), None, "stands out"),
+        (times(1.0), np.random.default_rng(9).standard_normal(5000), None, "dominant"),
         (times(1.0), steady(times(1.0)), 900.0, "harmonic 3"),
         (times(1.0), steady(times(1.0)), 1.0, "periods"),
         (times(1.0), steady(times(1.0)), -3.0, "-3"),

@@ -223,7 +223,7 @@ def test_a_part_that_slips_at_once_makes_the_stiffness_a_lower_bound() -> None:
         (np.zeros(100), np.ones(100), None, "displacement is 0"),
         (np.arange(100.0), np.arange(100.0), None, "period"),
         (motion(), motion()[:-1], None, "shape"),
-        (motion(), motion() * np.nan, None, "no numbers"),
+        (motion(), motion() * np.nan, None, "not numbers"),
         (motion(), motion(), -3.0, "compression"),
         (motion(), motion(), np.ones(7), "7"),
     ],

@@ -37,7 +37,7 @@ def test_kinds_can_be_left_out(bench: Model) -> None:
 
 
 def test_an_unknown_kind_to_leave_out_is_refused(bench: Model) -> None:
-    with pytest.raises(EffectError, match='"cubik" is no kind of effect: leave out any of spring, mass'):
+    with pytest.raises(EffectError, match='"cubik" is not a kind of effect: leave out any of spring, mass'):
         list_effects(bench, without=["cubik"])
 
 
@@ -55,7 +55,7 @@ def test_two_effects_of_one_name_are_refused(bench: Model) -> None:
 
 
 def test_what_is_no_effect_is_refused(bench: Model) -> None:
-    with pytest.raises(EffectError, match="3 is no effect: give effects, or paths"):
+    with pytest.raises(EffectError, match="3 is not an effect: give effects, or paths"):
         list_effects(bench, extra=[3])  # type: ignore[list-item]
 
 

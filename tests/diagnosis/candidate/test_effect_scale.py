@@ -156,7 +156,7 @@ def test_bad_scales_are_refused_in_words() -> None:
     model = oscillator()
     with pytest.raises(EffectError, match="level = -3 N must be positive"):
         measure_scale(model, level=-3.0)
-    with pytest.raises(EffectError, match='"glued" is no configuration: give any of jointed, free'):
+    with pytest.raises(EffectError, match='"glued" is not a configuration: give any of jointed, free'):
         measure_scale(model, configurations=["glued"])
     with pytest.raises(EffectError, match="all contacts stuck is 0 Hz"):
         measure_scale(replace(model, parts=(), system=replace(model.system, stiffness=[[0.0]])))

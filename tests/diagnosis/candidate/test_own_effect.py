@@ -73,7 +73,7 @@ def test_a_file_that_was_edited_is_read_again(bench: Model, tmp_path: Path, monk
     stored = pickle.dumps(before)
     assert pickle.loads(stored).parameters[0].typical == 1.1
     monkeypatch.delitem(sys.modules, type(before.effect).__module__)  # another process
-    with pytest.raises(EffectError, match="stored when the file was another"):
+    with pytest.raises(EffectError, match="stored with another version of the file"):
         pickle.loads(stored)
 
 
@@ -126,7 +126,7 @@ def test_a_bad_file_is_refused_in_one_sentence(bench: Model, tmp_path: Path, tex
 @pytest.mark.parametrize("name", ["missing.py", "own.txt", "."])
 def test_what_is_no_python_file_is_refused(tmp_path: Path, name: str) -> None:
     (tmp_path / "own.txt").write_text(GOOD, encoding="utf-8")
-    with pytest.raises(EffectError, match="is no Python file of effects: give the path of one"):
+    with pytest.raises(EffectError, match="is not a Python file of effects: give the path of one"):
         read_effects(tmp_path / name)
 
 

@@ -181,14 +181,14 @@ def test_an_effect_may_take_the_place_of_an_error_that_no_sound_model_has(
     assert named(verdict) == (["mass"] if finding is Finding.AMBIGUOUS else [])
     assert verdict.replaces_error is (finding is Finding.AMBIGUOUS)
     several = decided(one, replace(one, effect=refit("spring", 1, 1).effect), left=FAR, beside=beside)
-    assert ("or the model errs in a way that looks like one of them" in several.sentence) is several.replaces_error
+    assert ("or a model error resembles one of them" in several.sentence) is several.replaces_error
 
 
 @pytest.mark.parametrize(
     ("detectable", "is_seen", "words"),
     [
         ({"mass": 0.1}, True, ""),
-        ({"mass": 0.1, "spring": np.inf}, False, "no motion stands out"),
+        ({"mass": 0.1, "spring": np.inf}, False, "no motion exceeds"),
         ({"mass": np.inf}, True, "at any strength"),
     ],
 )
@@ -224,7 +224,7 @@ def test_what_the_held_out_data_alone_show_is_not_nothing(error: float, stated: 
     baseline = replace(BEFORE, held_out_error=error, error=0.03, held_out_reduced_chi2_without_model_error=stated)
     verdict = decided(baseline=baseline)
     assert verdict.finding is finding
-    assert ("errs by 17 % there and by 3 % on the others" in verdict.sentence) is (finding is Finding.UNKNOWN)
+    assert ("17 % there and 3 % on the training data" in verdict.sentence) is (finding is Finding.UNKNOWN)
 
 
 @pytest.mark.parametrize(("stated", "alone"), [(1.1, True), (4680.0, False)])
@@ -234,7 +234,7 @@ def test_held_out_data_show_it_alone_only_where_the_others_are_explained(stated:
     )
     verdict = decided(baseline=replace(baseline, reduced_chi2_without_model_error=stated))
     assert verdict.finding is Finding.UNKNOWN
-    assert ("alone show" in verdict.sentence) is alone
+    assert ("only the held-out data show" in verdict.sentence) is alone
     assert "41 %" in verdict.sentence
 
 
@@ -497,7 +497,7 @@ def test_a_linear_effect_that_leaves_a_force_of_no_known_effect_stands_in_howeve
     verdict = decided(replace(refit(name, 10000, 50), reduced_chi2_without_model_error=stated), rest=rest)
     assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)
     if unknown:
-        assert "mass explains most, but leaves near tip" in verdict.sentence
+        assert "mass explains most, and a residual remains: near tip" in verdict.sentence
 
 
 @pytest.mark.parametrize(("more", "finding"), [(1, Finding.UNKNOWN), (-1, Finding.NOTHING)])

@@ -82,8 +82,8 @@ def test_several_cannot_be_told_apart() -> None:
 
 def test_what_the_held_out_data_do_not_confirm_is_told_with_doubt() -> None:
     said = verdict(Finding.AMBIGUOUS, TIP)
-    assert said.startswith("Mass at tip z (0.0123 kg +- 0.00098) is missing, or the model errs")
-    assert "cannot tell" in said
+    assert said.startswith("Mass at tip z (0.0123 kg +- 0.00098) is missing, or a model error resembles")
+    assert "cannot separate" in said
 
 
 @pytest.mark.parametrize(("deviation", "finding"), [(0.1, Finding.MISSING), (0.103, Finding.AMBIGUOUS)])
@@ -98,9 +98,9 @@ def test_another_law_of_the_force_is_told() -> None:
     one, both = (replace(made(Finding.AMBIGUOUS, *effects), laws=[law]) for effects in ((TIP,), (TIP, LINE)))
     assert one.sentence == (
         "Mass at tip z (0.0123 kg +- 0.00098) is missing, or another force at its place: the held-out error falls from "
-        "3.4 to 0.21 %. There it may be a force of the kind clearance as well."
+        "3.4 to 0.21 %. The force there may also be a force of the kind clearance."
     )
-    assert both.sentence.endswith("from 3.4 to 0.21 %. There it may be a force of the kind clearance as well.")
+    assert both.sentence.endswith("from 3.4 to 0.21 %. The force there may also be a force of the kind clearance.")
 
 
 def test_nothing_is_missing() -> None:

@@ -62,7 +62,7 @@ def test_of_three_lines_each_has_its_own(bench: Model, kind: str, quantity: str)
 def test_a_single_line_has_no_other(bench: Model) -> None:
     left = reasons(with_lines(bench, "a"))
     assert left["friction coefficient of a"] == (
-        "the model has no other line: its common friction coefficient is calibrated"
+        "the model has only one contact line: its friction coefficient is calibrated"
     )
     assert "preload of a" in list_effects(with_lines(bench, "a")).names
 
@@ -125,9 +125,9 @@ def test_pressing_twice_multiplies(bench: Model, kind: str) -> None:
 
 
 def test_what_presses_nothing_is_refused(bench: Model) -> None:
-    with pytest.raises(ModelDefinitionError, match='"typo" is no preload of the model: there are left, right'):
+    with pytest.raises(ModelDefinitionError, match='"typo" is not a preload of the model: there are left, right'):
         bench.with_preload_ratio("typo", 0.1)
-    with pytest.raises(ModelDefinitionError, match='"left" is no preload of the model: there are weight'):
+    with pytest.raises(ModelDefinitionError, match='"left" is not a preload of the model: there are weight'):
         weighted(bench).with_preload_ratio("left", 0.5)
     with pytest.raises(ModelDefinitionError, match='dead weight "none" is zero'):
         replace(bench, dead_weights={"none": DeadWeight(row=np.zeros(7), lines=("left",))})
@@ -182,7 +182,7 @@ def test_gaps_are_typically_a_quarter_of_what_the_preload_closes(bench: Model) -
     loose = bench.with_joints({f"left {number}": {"preload": 0.0} for number in range(3)})
     normal = find_contacts(loose, "left")[2].normal
     assert 0 < list_effects(loose).effect("gap of left at left 0").parameters[0].typical < abs(normal).max()
-    assert reasons(loose)["preload of left"] == "it is zero in the model, and a ratio leaves it so"
+    assert reasons(loose)["preload of left"] == "it is zero in the model, and a ratio cannot change zero"
     still = loose.with_system(harmonic_force=None)
     assert "never close" in reasons(still)["gap of left"]
 

@@ -87,7 +87,7 @@ def test_places_that_cannot_act_are_listed_with_their_reason(bench: Model) -> No
         assert reason(model, f"{kind} at nowhere") == "it does not move: its row is zero"
         assert reason(model, f"{kind} at end z") == 'it moves with "tip z"'
         assert "of the largest motion in the first mode" in reason(model, f"{kind} at tip x")
-    assert "names no place" in reason(replace(bench, places={}), "cubic")
+    assert "has no named places" in reason(replace(bench, places={}), "cubic")
 
 
 def test_without_a_force_nothing_nonlinear_can_be_tested(bench: Model) -> None:

@@ -104,7 +104,7 @@ def test_values_that_make_no_friction_are_no_model(bench: Model) -> None:
 
 
 def test_bad_priors_are_refused_in_words(bench: Model) -> None:
-    with pytest.raises(EffectError, match='"nu" is no calibration parameter: there are kt, kn, mu, zeta, E'):
+    with pytest.raises(EffectError, match='"nu" is not a calibration parameter: there are kt, kn, mu, zeta, E'):
         list_calibration_parameters(bench, deviation={"nu": 0.1})
     with pytest.raises(EffectError, match=r"the deviation of kt is -0\.1: give a relative standard deviation"):
         list_calibration_parameters(bench, deviation={"kt": -0.1})

@@ -91,7 +91,7 @@ def test_lines_that_one_screw_presses_differ_by_one_factor(small: Model) -> None
 @pytest.mark.parametrize(
     ("groups", "message"),
     [
-        ((("left", "up"),), '"up" is pressed together with others, but is no preload of the model: .* left, right'),
+        ((("left", "up"),), '"up" is pressed together with others, but is not a preload of the model: .* left, right'),
         (((),), "a group of preloads that are pressed together is empty: name them, or leave it out"),
         ((("left", "right"), ("left",)), '"left" is pressed together with others twice: name it once'),
     ],

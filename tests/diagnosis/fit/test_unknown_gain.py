@@ -99,7 +99,7 @@ def test_gains_of_drive_and_sensors_of_a_proportional_response_are_one(cubic: fl
     """Without a cubic spring, and with one whose share of the response is below the noise."""
     model, drive, tip = chain(cubic), 40.0, 3.7e4
     gains, values = found(model, measured(model, drive, tip, known=False))
-    assert "[N per V] cannot be told apart" in gains.fixed
+    assert "[N per V] cannot be separated" in gains.fixed
     assert values.keys() == {"gain of tip", "gain of root"}
     for name, exact in (("gain of tip", drive * tip), ("gain of root", drive)):
         value, deviation = values[name]

@@ -134,7 +134,7 @@ def test_a_recording_without_a_unit_is_no_displacement_of_kilometres(tmp_path: P
     time = np.arange(4000) / 2000
     wave = 3e4 * np.exp(-2 * time) * np.cos(2 * np.pi * 32 * time)
     scipy.io.wavfile.write(tmp_path / "release.wav", 2000, wave.astype(np.int16))
-    assert any("numbers of a recorder" in sentence for sentence in drafted(tmp_path)[0].suspicions)
+    assert any("raw values of a recorder" in sentence for sentence in drafted(tmp_path)[0].suspicions)
 
 
 @pytest.mark.parametrize("clips", ["force", "tip"])
