@@ -325,7 +325,7 @@ def diagnose(
     scores, baseline, refits = screen_and_refit(screening, result.effects, run_step, report, progress, choice)
     linear = compute_linear_thresholds(scores)
     thresholds = thresholds or linear
-    report("own covariances", progress.covariances)
+    report("covariance of each finalist", progress.covariances)
     baseline = baseline if screening is arrangement else make_baseline_refit(arrangement)
     find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
     own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue)
@@ -336,7 +336,7 @@ def diagnose(
         screening, refits, by_own, lambda name, make: run_step(f"{name} beyond {chance:.6g}", make)
     )
     without_effect = Finalist(refit=baseline, arrangement=arrangement)
-    report("what is left", progress.explanation)
+    report("residual", progress.explanation)
     criteria = Criteria(
         catalogue=result.catalogue, scores=scores, thresholds=thresholds, far=result.far, refit_by_own_covariance=own
     )

@@ -106,8 +106,8 @@ def _document_effect(item: Refit) -> dict[str, Any]:
 
 
 def _document_case_errors(result: Round) -> dict[str, Any]:
-    """Errors as drawn, without calibrated values and added effects, and of the whole case."""
-    named = {"as drawn": "drawn", "as the case says": "in_case"}
+    """Errors of the nominal model, without calibrated values and added effects, and of the whole case."""
+    named = {"nominal": "drawn", "as in the case": "in_case"}
     return {
         named[item.name]: summarise_errors(item.refit).document for item in list_stages(result) if item.name in named
     }

@@ -19,7 +19,7 @@ EXPECTED = 90.0
 TITLES = {
     "arrangement": "diagnosis",
     "scores": "diagnosis, from the screening on",
-    "as drawn": "diagnosis, from the fits on",
+    "nominal": "diagnosis, from the fits on",
 }
 ALL_STORED = "diagnosis, from stored results"
 

@@ -38,9 +38,9 @@ from study.merge_sentences import name_wrong_places
 MAX_CANDIDATES, MAX_PLACES = 10, 3
 #: Note if the case has values of an earlier fit.
 REFITTED_NOTE = (
-    "Every diagnosis fits all of these values anew. The values of the case are in brackets; they stay in the file "
-    'until the next stickslip add. "As drawn" is the structure without them, "as the case says" with the values in '
-    "brackets."
+    "Every diagnosis fits all of these values again. The values of the case are in brackets; they stay in the file "
+    'until the next stickslip add. "Nominal" is the structure without them, "as in the case" with the values in '
+    'brackets, "refitted" with those of this diagnosis.'
 )
 HELD_OUT_NOTE = (
     "The held-out error is computed after preload, frequency offset and force of each held-out repeat have been "
@@ -90,7 +90,7 @@ def describe_error_fall(drawn: Errors, before: Errors, after: Errors) -> str:
     is_astray = before.held_out > HARMFUL_ERROR_RATIO * drawn.held_out
     if is_astray and drawn.held_out > after.held_out:
         error, then = (f"{100 * values.held_out:.3g}" for values in (drawn, after))
-        return f"the held-out error falls from {error} % as drawn to {then} %"
+        return f"the held-out error falls from {error} % (nominal) to {then} %"
     return describe_held_out_change((before.held_out, after.held_out), (before.held_out_chi2, after.held_out_chi2))
 
 
@@ -127,7 +127,7 @@ def describe_step(step: HistoryStep, case: Path) -> str:
     if step.before is not None and step.after is not None:
         lines += [f"  before  {describe_errors(step.before)}", f"  after   {describe_errors(step.after)}"]
         if step.what == ADD:
-            lines.append("  from its diagnosis; the next diagnosis fits all values anew")
+            lines.append("  from its diagnosis; the next diagnosis fits all values again")
     return "\n".join([*lines, "", *step.diff])
 
 
@@ -196,14 +196,14 @@ def _format_candidates(result: Round) -> Iterator[str]:
         yield ("No effect was tried: the model is too far from the data." if is_far else "No effect can be tested.")
         return
     width = max(len(row.effect.name) for row in shown)
-    yield f"  {'candidate':<{width}}  {'chi^2 falls by':>14}  {'held-out error':>14}  {'alike':>5}  {'strength'}"
+    yield f"  {'candidate':<{width}}  {'chi^2 falls by':>14}  {'held-out error':>14}  {'similarity':>10}  {'strength'}"
     for row in shown:
         gain = format_digits(row.fall, 4) if row.gain is not None else f"({format_digits(row.fall, 4)})"
         error = percent(row.errors.held_out, 3) if row.errors is not None else ""
         alike = "" if row.cosine is None else f"{row.cosine:.2f}"
         mark = "*" if row.named else " "
-        yield f"{mark} {row.effect.name:<{width}}  {gain:>14}  {error:>14}  {alike:>5}  {row.in_words}"
-    yield "  in brackets: to first order, not fitted; alike: at 1 these tests cannot separate it from the first one"
+        yield f"{mark} {row.effect.name:<{width}}  {gain:>14}  {error:>14}  {alike:>10}  {row.in_words}"
+    yield "  in brackets: to first order, not fitted; similarity 1: these tests cannot separate it from the first one"
     if result.diagnosis.verdict.further is not None:
         yield (
             "  the two that are missing together: the gain of each in addition to the other, and the held-out error "

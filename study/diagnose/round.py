@@ -169,7 +169,7 @@ def diagnose_case(
             run_step=shown.watched(run_step),
             report=shown.report,
         )
-        uncalibrated = run_step("as drawn", lambda: diagnosis.arrangement.test_uncalibrated(setup.model))
+        uncalibrated = run_step("nominal", lambda: diagnosis.arrangement.test_uncalibrated(setup.model))
         law = run_step("missing law", lambda: find_missing_law(diagnosis.arrangement, diagnosis.verdict))
         next_step = run_step("next test", lambda: find_next_step(campaign, diagnosis, law))
     return Round(

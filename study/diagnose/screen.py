@@ -75,7 +75,7 @@ def screen_case(
     arrangement = result.arrangement
     with progress.step("test of the calibration", expected=3):
         baseline = run_step("calibrated", lambda: make_baseline_refit(arrangement))
-        uncalibrated = run_step("as drawn", lambda: arrangement.test_uncalibrated(setup.model))
+        uncalibrated = run_step("nominal", lambda: arrangement.test_uncalibrated(setup.model))
     return ScreeningResult(
         setup=setup, arrangement=arrangement, scores=scores, uncalibrated=uncalibrated, baseline=baseline
     )

@@ -1,4 +1,4 @@
-"""The stages of a model: as drawn, with the values of the case, fitted, with the named effect."""
+"""The stages of a model: nominal, with the values of the case, fitted, with the named effect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,17 +30,17 @@ class FitStage:
 
 
 def list_stages(result: Round) -> list[FitStage]:
-    """As drawn; if the case has fitted values, with these; fitted in this round; with the named effect.
+    """Nominal; if the case has fitted values, with these; fitted in this round; with the named effect.
 
     All are tested on the held-out data in the same way, with the covariance of this round.
     """
     baseline, best = result.diagnosis.baseline, result.best
-    listed = [FitStage(name="as drawn", refit=result.uncalibrated)]
+    listed = [FitStage(name="nominal", refit=result.uncalibrated)]
     if result.setup.added or result.setup.calibrated:
         as_it_is = result.run_step(
             "as it is", lambda: result.diagnosis.arrangement.test_uncalibrated(result.setup.complete)
         )
-        listed += [FitStage(name="as the case says", refit=as_it_is), FitStage(name="fitted anew", refit=baseline)]
+        listed += [FitStage(name="as in the case", refit=as_it_is), FitStage(name="refitted", refit=baseline)]
     else:
         listed.append(FitStage(name="calibrated", refit=baseline))
     if best is not None and best.effect is not None:
@@ -80,7 +80,7 @@ def list_known_errors(history: History, present: Sequence[str], drawn: Errors, n
     drawn, now
         Errors of the model as drawn, and with all its values fitted.
     """
-    steps = [make_step("as drawn", drawn)]
+    steps = [make_step("nominal", drawn)]
     last = history.last_diagnosis
     known = [step for step in history.active_steps if step.after and step.drawn and step.effect in present]
     if not present:

@@ -130,7 +130,7 @@ def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: DiagnosisR
     text = make_files(result.last, result.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
     data = json.loads(re.search(r"const DATA = (\{.*?\});</script>", text, re.DOTALL)[1])  # type: ignore[index]
     curves = data["curves"]
-    assert curves["stages"] == ["as drawn", "calibrated", "with mass at tip"]
+    assert curves["stages"] == ["nominal", "calibrated", "with mass at tip"]
     assert curves["levels"] == ["1 N", "4 N (held out)", "10 N"]
     panel = next(item for item in curves["panels"] if item["label"] == "tip, fundamental")
     for group in panel["groups"]:
@@ -153,7 +153,7 @@ def test_the_waterfall_goes_on_from_the_history(diagnosed: DiagnosisResult, kept
     result = diagnosed
     steps = make_waterfall(result.last, result.history)
     assert [(step.name, step.proposed) for step in steps] == [
-        ("as drawn", False),
+        ("nominal", False),
         ("calibrated", False),
         ("+ mass at tip", True),
     ]

@@ -46,7 +46,7 @@ def shown(known: dict[str, float], found: set[str]) -> list[str]:
     return stream.getvalue().splitlines()
 
 
-STEPS = {"arrangement": 20.0, "scores": 20.0, "fits": 20.0, "left": 20.0, "as drawn": 20.0}
+STEPS = {"arrangement": 20.0, "scores": 20.0, "fits": 20.0, "left": 20.0, "nominal": 20.0}
 
 
 def test_a_round_of_which_nothing_is_kept_counts_all_of_it() -> None:

@@ -41,7 +41,7 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     campaign = read_campaign(folder)
     first = diagnose_file(case, campaign, folder, replace(silent_run(), store=kept_rounds)).last
     assert "(case:" not in format_report(first)
-    assert [stage.name for stage in list_stages(first)] == ["as drawn", "calibrated", "with mass at tip"]
+    assert [stage.name for stage in list_stages(first)] == ["nominal", "calibrated", "with mass at tip"]
     add(case, "mass at tip")
     setup = read_case(case, campaign).setup
     # As if it had been edited: the case holds another mass than the one that fits.
@@ -53,10 +53,10 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     assert later.diagnosis.baseline.fit.values[first_added] == pytest.approx(0.006, rel=0.02)
     assert "(case: 5.5 g)" in words
     assert f"(case: {setup.calibrated['zeta']:.5g})" in words
-    assert "Every diagnosis fits all of these values anew" in words
+    assert "Every diagnosis fits all of these values again" in words
     names = {stage.name: stage.refit for stage in list_stages(later)}
-    assert list(names) == ["as drawn", "as the case says", "fitted anew"]
-    assert names["fitted anew"].fit.chi2 < names["as the case says"].fit.chi2 < names["as drawn"].fit.chi2
+    assert list(names) == ["nominal", "as in the case", "refitted"]
+    assert names["refitted"].fit.chi2 < names["as in the case"].fit.chi2 < names["nominal"].fit.chi2
     named, result = make_document(first)["named"][0], make_document(later)
     assert named["effect"] == "mass at tip"
     half = 1.96 * named["deviation"]  # 95 % of a normal distribution
@@ -71,7 +71,7 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     assert result["errors"]["in_case"]["training_chi2"] < result["errors"]["drawn"]["training_chi2"]
     assert "in_case" not in make_document(first)["errors"]
     page = make_files(later, history_of(case), case)["chain_diagnosis.html"].decode()
-    assert "<th>in the case</th><th>fitted anew</th>" in page
+    assert "<th>in the case</th><th>refitted</th>" in page
     assert "<td>5.5 g</td>" in page
 
 
@@ -218,7 +218,7 @@ def test_an_error_is_said_to_fall_only_if_it_does(held_out: float, chi2: float, 
 @pytest.mark.parametrize(
     ("calibrated", "after", "said"),
     [
-        (4.76, 0.136, "from 83.7 % as drawn to 13.6 %"),
+        (4.76, 0.136, "from 83.7 % (nominal) to 13.6 %"),
         (0.9, 0.136, "from 90 to 13.6 %"),
         (4.76, 0.9, "from 476 to 90 %"),
     ],

@@ -237,7 +237,7 @@ def tell_story(bench: RunningBench, open_page: Started, run: Callable[[Path, Pat
     page.wait_for_selector("#candidates tbody.named")
     assert "mass at tip" in page.inner_text("#candidates tbody.named")
     wait(page)
-    # The chart shows what is proposed: as drawn, calibrated, with the mass.
+    # The chart shows what is proposed: nominal, calibrated, with the mass.
     assert (bars(page), proposed(page)) == (3, True)
     press(page, "#candidates tbody.named button.add")
     page.wait_for_selector("#verdict.nothing")
