@@ -60,12 +60,12 @@ def draft_amplitude(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> str 
     if len(of_drive - {""}) == 1:
         kind = next(iter(of_drive - {""}))
         silent = "" in of_drive | of_response
-        return Marked(value=kind, assumed="the force says so, other columns say nothing") if silent else kind
-    why = "no file says it; it scales everything"
+        return Marked(value=kind, assumed="stated for the force, not for the other columns") if silent else kind
+    why = "not stated in any file; it scales all amplitudes"
     if of_response - {""}:
         listed = ", ".join(sorted(of_response - {""}))
-        why = f"of what no column says; the responses that say {listed} have it in their entries"
-    text = "Are amplitudes peak, rms or peak to peak values?"
+        why = f"for columns that do not state it; responses stated as {listed} have it in their entries"
+    text = "Are the amplitudes peak, rms or peak-to-peak values?"
     return draft.ask(text, "peak", why, *CONVENTIONS)
 
 

@@ -119,5 +119,5 @@ def _count_sizes(places: Mapping[str, tuple[int, ...]]) -> list[int]:
 def _explain_refusal(array: str, sizes: list[int], number: int) -> str:
     shape = " x ".join(map(str, sizes))
     if number < 2:
-        return f'nothing says which axis of "{array}" ({shape} series) is that of sensors: add a vector "level"'
-    return f'"{array}" has {shape} series, and no axis, or no single one, of {number} levels'
+        return f'it is not clear which axis of "{array}" ({shape} series) is that of the sensors: add a vector "level"'
+    return f'"{array}" has {shape} series, but not exactly one axis with {number} entries, one per level'

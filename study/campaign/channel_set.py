@@ -30,7 +30,7 @@ from study.campaign.table import MeasuredTable
 SHARED = {Role.FREQUENCY, Role.TIME, Role.LEVEL, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC, Role.SENSOR}
 #: Name of a column that stands there once more: `make_unique_names`.
 AGAIN = re.compile(r" \((\d+)\)$")
-REMEDY = "write its run below [[run]] by hand, or its set into its name"
+REMEDY = "write its run by hand as [[run]], or add the set to its name"
 
 
 @dataclass(kw_only=True)
@@ -88,13 +88,13 @@ def split_sets(table: MeasuredTable, finders: Iterable[Finder]) -> tuple[list[Me
         if harmonics and role is not Role.FORCE:
             marks[column.name] = next((mark for mark in order if harmonics.get(mark) == 1), order[0])
         elif role in {Role.RESPONSE, Role.PHASE, Role.COHERENCE} or (role is Role.FORCE and of_level):
-            lost[column.name] = f"it may be of any of {_name_some(order)}"
+            lost[column.name] = f"it may belong to any of {_name_some(order)}"
     tables = []
     for mark in order or [""]:
         own = [one for one in table.columns if one.name not in lost and marks.get(one.name, "") in {"", mark}]
         if order and not any(marks.get(one.name) == mark and is_response(roles[one.name]) for one in own):
             alone = [one.name for one in own if marks.get(one.name) == mark]
-            lost |= dict.fromkeys(alone, f'no response is of "{mark}"')
+            lost |= dict.fromkeys(alone, f'no response belongs to "{mark}"')
             continue
         tables.append(
             replace(
@@ -208,7 +208,7 @@ def find_sets_by_header(table: MeasuredTable) -> ChannelSets | None:
     number = max(counts[channel] for channel in forces)
     repeated = {channel for channel, count in counts.items() if count > 1}
     if any(counts[channel] != number for channel in repeated):
-        why = "its header stands there several times, in another number than that of the force"
+        why = "its header occurs several times, but not as often as that of the force"
         return ChannelSets(
             marks={}, lost={name: why for name, channel in channels.items() if channel in repeated - forces}
         )

@@ -34,7 +34,7 @@ class Role(Enum):
     COHERENCE = "coherence"
     MODE = "number or name of the mode"
     DAMPING = "damping ratio"
-    FOREIGN = "no motion, not used"
+    FOREIGN = "not a motion, not used"
     OTHER = "not used"
 
 
@@ -178,7 +178,7 @@ IN_BRACKETS = re.compile(
 #: How the evidence of the parts of a lock-in amplifier ends.
 QUADRATURE = "are signed: in phase, and in quadrature"
 #: Why a column is not used though it is a channel.
-NO_VALUE, UNKNOWN_UNIT = "it has no value in any row", "nothing is known of its unit"
+NO_VALUE, UNKNOWN_UNIT = "it has no value in any row", "unknown unit"
 #: Roles by a name that need no unit; of a phase the range tells it.
 WITHOUT_UNIT = {Role.COHERENCE, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC}
 
@@ -202,9 +202,9 @@ def recognise_column(column: Column, name: str) -> Recognised:
     quantity = OF_UNIT.get(unit, "")
     given = {"time": Role.TIME, "frequency": Role.FREQUENCY, "coherence": Role.COHERENCE}.get(column.function)
     if given is not None and column.abscissa is None and given is not Role.COHERENCE:
-        return Recognised(role=given, unit=unit, evidence="the file says so")
+        return Recognised(role=given, unit=unit, evidence="stated in the file")
     if given is Role.COHERENCE:
-        return Recognised(role=given, evidence="the file says so", stem=_make_stem(words, name))
+        return Recognised(role=given, evidence="stated in the file", stem=_make_stem(words, name))
     part = _find_part(column, words)
     stem = _make_stem(words, name)
     by_name = _find_role(words, quantity)
@@ -257,12 +257,12 @@ def recognise_column(column: Column, name: str) -> Recognised:
         kind = "complex numbers" if np.iscomplexobj(column.values) else f"a channel of {column.function}"
         evidence = f'called "{name}"' if named or part is not ComplexPart.VALUE else kind
         if not unit and (unit := find_listed_unit(column, named)):
-            evidence += f", and {unit} stands beside it"
+            evidence += f", and {unit} is listed for it"
         return Recognised(
             role=Role.RESPONSE, part=part, quantity=named, unit=unit, evidence=evidence, stem=stem,
             assumed=bool(named) and not unit,
         )  # fmt: skip
-    return Recognised(role=Role.OTHER, unit=unit, evidence=f'nothing is known of "{name}"', stem=stem)
+    return Recognised(role=Role.OTHER, unit=unit, evidence=f'"{name}" is not recognised', stem=stem)
 
 
 def recognise_force_symbol(column: Column, name: str) -> Recognised | None:
@@ -323,7 +323,7 @@ def _recognise_abscissa(role: Role, name: str, unit: str, words: list[str]) -> R
     """A time or frequency by its name, where no unit is known in s, Hz or rad/s."""
     angular = bool(set(words) & {"omega", "om", "angular", "circular", "kreisfrequenz"})
     usual = "s" if role is Role.TIME else "rad/s" if angular else "Hz"
-    says = "" if unit else f", and the file says no unit: {usual}"
+    says = "" if unit else f", and no unit in the file: {usual} assumed"
     return Recognised(role=role, unit=unit or usual, evidence=f'called "{name}"{says}', assumed=not unit)
 
 
@@ -331,7 +331,7 @@ def _foreign(words: list[str], unit: str, quantity: str) -> str:
     """Why a column is no motion, force or voltage, nor anything beside them; empty if it may be."""
     for kind, of_kind in (("pressure", PRESSURE_WORDS), ("temperature", TEMPERATURE_WORDS)):
         if quantity in {"", "voltage", "angle"} and (named := sorted(set(words) & of_kind)):
-            return f'by "{named[0]}" in its name a {kind}, which is no motion'
+            return f'by "{named[0]}" in its name a {kind}, not a motion'
     if not unit or quantity:
         return ""
     of_force = RATIO.fullmatch(unit)
@@ -339,7 +339,7 @@ def _foreign(words: list[str], unit: str, quantity: str) -> str:
         find_base_unit(of_force[1] if of_force else unit)
     except ValueError:
         is_number = "/" not in unit and not _has_dimension(unit)  # such as a percentage
-        return "" if is_number or is_motion_ratio(unit) else f"{unit} is a unit of no motion, force or voltage"
+        return "" if is_number or is_motion_ratio(unit) else f"{unit} is not a unit of motion, force or voltage"
     return ""
 
 
@@ -348,13 +348,13 @@ def _spectrum(words: list[str], name: str, by_name: Role | None) -> str:
     named = sorted({*words, *re.findall(r"[a-z]+", name.lower())} & SPECTRUM_WORDS)
     if not named or set(words) & RATIOS or by_name in {Role.TIME, Role.FREQUENCY}:
         return ""
-    return f'by "{named[0]}" in its name a spectrum, which is neither a motion nor its ratio to a force'
+    return f'by "{named[0]}" in its name a spectrum, neither a motion nor a ratio of motion to force'
 
 
 def _spread(words: list[str]) -> str:
     """Why a column is the spread of another one; empty for another."""
     named = sorted(set(words) & SPREAD_WORDS)
-    return f'by "{named[0]}" in its name the spread of another column' if named else ""
+    return f'by "{named[0]}" in its name the scatter of another column' if named else ""
 
 
 def _has_dimension(unit: str) -> bool:
@@ -369,7 +369,7 @@ def _recognise_force_without_unit(column: Column, name: str, part: ComplexPart, 
     listed = {quantity: find_listed_unit(column, quantity) for quantity in ("force", "voltage")}
     quantity = next((quantity for quantity, unit in listed.items() if unit), "")
     unit = listed.get(quantity, "N")
-    says = f"{unit} stands beside it" if quantity else "the file says no unit: N"
+    says = f"{unit} is listed for it" if quantity else "no unit in the file: N assumed"
     return Recognised(
         role=Role.FORCE, part=part, quantity=quantity or "force", unit=unit, evidence=f'called "{name}", and {says}',
         stem=stem, assumed=not quantity,
@@ -378,10 +378,10 @@ def _recognise_force_without_unit(column: Column, name: str, part: ComplexPart, 
 
 def _recognise_words(column: Column, words: list[str]) -> Recognised:
     if {word.lower() for word in column.words} <= set(SWEEP_WORDS):
-        return Recognised(role=Role.SWEEP, evidence=f"its words are {', '.join(column.words)}")
+        return Recognised(role=Role.SWEEP, evidence=f"it contains the words {', '.join(column.words)}")
     if set(words) & {"sensor", "channel", "location", "signal", "point"}:
-        return Recognised(role=Role.SENSOR, evidence=f"its words are {', '.join(column.words[:4])}")
-    return Recognised(role=Role.OTHER, evidence=f"its words are {', '.join(column.words[:4])}")
+        return Recognised(role=Role.SENSOR, evidence=f"it contains the words {', '.join(column.words[:4])}")
+    return Recognised(role=Role.OTHER, evidence=f"it contains the words {', '.join(column.words[:4])}")
 
 
 def _find_role(words: list[str], quantity: str) -> Role | None:
@@ -443,7 +443,7 @@ def _recognise_phase(column: Column, unit: str, evidence: str, stem: str) -> Rec
     largest = float(np.nanmax(np.abs(column.values))) if len(column.values) else 0.0
     if unit in {"deg", "rad"}:
         beyond = unit == "rad" and largest > 20.0
-        warning = f", but it reaches {largest:.4g}: degrees?" if beyond else ""
+        warning = f", but it reaches {largest:.4g}: are these degrees?" if beyond else ""
         return Recognised(role=Role.PHASE, quantity="angle", unit=unit, evidence=evidence + warning, stem=stem)
     unit = "deg" if largest > 2.1 * np.pi else "rad"
     return Recognised(role=Role.PHASE, quantity="angle", unit=unit, evidence=f"it reaches {largest:.4g}", stem=stem)

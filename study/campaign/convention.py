@@ -23,7 +23,7 @@ AGREE = 3 / 4
 
 
 def find_drive(judged: JudgedTable) -> tuple[str, str]:
-    """What drives in a table, and its unit; both are empty if the file does not say it.
+    """What drives in a table, and its unit; both are empty if not stated in the file.
 
     Parameters
     ----------
@@ -70,8 +70,8 @@ def keep_one_drive(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> list[
             used.append(table)
         else:
             draft.left_out.append(
-                f"{table.table.label}: driven by a {own}, most other files by a {main}: a campaign has one drive, move "
-                "the file to a folder of its own"
+                f"{table.table.label}: driven by a {own}, most other files by a {main}: a campaign has one drive, so "
+                "move the file to a separate folder"
             )
     return used
 
@@ -100,24 +100,24 @@ def draft_conventions(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> in
     unit = stated or next((unit for _, _, unit in drives if unit), "")
     if not states and any("/V" not in unit and find_ratio_quantity(unit) for unit in _list_units(tables)):
         unit = "N"  # the denominator of the responses
-    why = assumed or "the files say no unit of the force"
+    why = assumed or "no unit in the files for the force"
     level: str | Marked = unit if unit and not assumed else Marked(value="N", assumed=why)
     if drive == BASE:
         first = next(table for table, one, _ in drives if one == BASE)
         source = "has" if find_force_column(first) is not None else "names"
         why = f'"{first.table.file.path.name}" {source} the acceleration of the base'
         draft.single["drive"] = {"quantity": Marked(value=BASE, assumed=why)}
-        level = unit or Marked(value="m/s^2", assumed="the files say no unit of the acceleration")
+        level = unit or Marked(value="m/s^2", assumed="no unit in the files for the acceleration")
     elif any(table.kind is Kind.STEPPED_SINE for table in tables) and (assumed or not unit or unit in UNCALIBRATED):
         of_drive = "the drive is in percent" if unit == "%" else "the drive is in volts"
-        why = assumed or (of_drive if drive == VOLTAGE else "no file has a force in newtons")
+        why = assumed or (of_drive if drive == VOLTAGE else "no file contains a force in newtons")
         default = "N" if assumed else unit if unit in UNCALIBRATED else "V"
-        answer = draft.ask("In which unit is the level (N, or V for a drive that is not calibrated)?", default, why)
+        answer = draft.ask("What is the unit of the level (N, or V for a drive that is not calibrated)?", default, why)
         level = answer
         if answer.value in UNCALIBRATED:
             draft.single["drive"] = {"calibrated": Marked(value=False, assumed=answer.assumed)}
     elif drive == VOLTAGE:
-        why = "the drive is in volts: with the sensitivity of a force sensor write its unit and sensitivity"
+        why = "the drive is in volts: if it is a force sensor of known sensitivity, give its unit and sensitivity"
         draft.single["drive"] = {"calibrated": Marked(value=False, assumed=why)}
     draft.single["convention"] = {"time": time, "amplitude": amplitude}
     draft.single["units"] = {"level": level, "frequency": "Hz"}
@@ -136,8 +136,10 @@ def _time(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> str | Marked:
     if not evidence:
         return TIMES[0]  # without phases it has no meaning
     if max(falls, rises) < AGREE * (falls + rises) or not falls + rises:
-        why = f"the phase falls over the resonance in {falls} curves and rises in {rises}, of {len(evidence)}"
-        return draft.ask("Do amplitudes belong to exp(+i omega t) or exp(-i omega t)?", TIMES[0], why, *TIMES)
+        why = f"the phase decreases through the resonance in {falls} of {len(evidence)} curves and increases in {rises}"
+        return draft.ask(
+            "Is the time convention of the phases exp(+i omega t) or exp(-i omega t)?", TIMES[0], why, *TIMES
+        )
     way = "falls" if falls > rises else "rises"
-    why = f"the phase {way} over the resonance in {max(falls, rises)} of {len(evidence)} curves"
+    why = f"the phase {way} through the resonance in {max(falls, rises)} of {len(evidence)} curves"
     return Marked(value=TIMES[0] if falls > rises else TIMES[1], assumed=why)

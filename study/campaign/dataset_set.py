@@ -46,7 +46,7 @@ def find_sets_by_dataset(table: MeasuredTable) -> ChannelSets | None:
     marks = marks or _number_by_order(measured, keys)
     if marks is not None:
         return _make_sets(marks, measured)
-    why = "its sensor has several datasets, and neither their texts nor their order tell which belong together"
+    why = "its sensor has several datasets, and neither their texts nor their order show which belong together"
     return ChannelSets(marks={}, lost={name: why for name, key in keys.items() if counts[key] > 1})
 
 
@@ -83,7 +83,7 @@ def find_sets_by_dataset_harmonic(table: MeasuredTable) -> ChannelSets | None:
             of_channel.setdefault(_identify_channel(one, roles[one.name])[:-1], set()).add(harmonics[one.name])
     if max(map(len, of_channel.values()), default=0) < 2:
         return None
-    why = "the force of a run is that of its first harmonic"
+    why = "of the force only the first harmonic is used"
     return ChannelSets(
         marks={name: f"harmonic {number}" for name, number in harmonics.items() if roles[name] is not Role.FORCE},
         names={one.name: DATASET.sub("", one.name) for one in columns},
@@ -149,7 +149,7 @@ def _find_other_estimates(columns: Sequence[Column], keys: Mapping[str, Hashable
     for name, estimator in result.items():
         first = kept.setdefault(keys[name], estimator)
         if estimator != first:
-            lost[name] = f"it is the estimate {estimator} of a response whose estimate {first} is used, no repeat"
+            lost[name] = f"it is the {estimator} estimate of a response whose {first} estimate is used, not a repeat"
     return ChannelSets(marks={}, lost=lost) if lost else None
 
 

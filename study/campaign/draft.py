@@ -20,7 +20,7 @@ ENTRIES = ("sensor", "load_cells", "test", *DATA)
 #: Kinds of entries as people name them, where this is not the word of the manifest.
 CALLED = {"frf": "frequency response", "ring_down": "ring-down", "load_cells": "pair of load cells"}
 HEAD = """\
-Drafted by `stickslip campaign new`. Check every line with "assumed": the files do not say it.
+Drafted by `stickslip campaign new`. Check every line with "assumed": these values are not stated in the files.
 docs/campaign.md describes the keys."""
 
 
@@ -139,8 +139,8 @@ class ManifestDraft:
         if len(runs) < 2:
             return ""
         files = dict.fromkeys(str(without_marks(run["file"])) for run in runs)
-        order = "that of the names of their files" if len(files) > 1 else f"that in {next(iter(files))}"
-        why = "put them in the order of measurement, since earlier runs change the state of the contacts"
+        order = "that of their file names" if len(files) > 1 else f"that in {next(iter(files))}"
+        why = "sort them by time of measurement, since earlier runs change the state of the contacts"
         return f"order of the {len(runs)} runs = {order}: {why}"
 
     def text(self) -> str:

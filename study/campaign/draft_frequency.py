@@ -36,7 +36,7 @@ from study.campaign.table_kind import JudgedTable
 #: At a constant response the force varies by this factor and the response by less than the share.
 CONTROL_FORCE, CONTROL_RESPONSE = 1.5, 0.1
 #: Of a force without a phase beside responses that have one.
-PHASES = "it has no phase, so that those of the responses are taken to count from it"
+PHASES = "it has no phase; the phases of the responses are taken as relative to it"
 
 
 def pair_responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | None]]:
@@ -153,9 +153,9 @@ def report_unused_phases(draft: ManifestDraft, judged: JudgedTable) -> None:
     of_force = find_force_partner(judged)
     used |= {of_force.name} if of_force is not None else set()
     draft.left_out += [
-        f'{judged.table.file.path.name}: the phase "{column.name}" is of no column by its name: if it is that of a '
-        f'response or force, write {{ amplitude = "...", phase = "{column.name}", '
-        f'phase_unit = "{judged.columns[column.name].unit}" }} there, and remove phase = false of the sensor'
+        f'{judged.table.file.path.name}: the name of the phase "{column.name}" matches no column: if it belongs to a '
+        f'response or force, write {{ amplitude = "...", phase = "{column.name}", phase_unit = '
+        f'"{judged.columns[column.name].unit}" }} there, and remove phase = false of the sensor'
         for column in judged.of_role(Role.PHASE)
         if column.name not in used
     ]
@@ -167,10 +167,10 @@ def report_second_forces(draft: ManifestDraft, judged: JudgedTable) -> None:
     draft.left_out += [
         f'{judged.table.file.path.name}: "{column.name}" is not used: '
         + (
-            f'it is the voltage of a shaker, and "{force.name}" is what drives the structure'
+            f'it is the voltage of a shaker, and "{force.name}" is used as the drive'
             if _is_voltage(judged, column)
-            else f'it may drive, and "{force.name}" is taken as what drives; if it is a motion, write it below '
-            "[run.columns], with a sensor of its own"
+            else f'it may be a drive, but "{force.name}" is used as the drive; if it is a motion, add it to '
+            "[run.columns] with a separate sensor"
         )
         for column in judged.of_role(Role.FORCE)
         if force is not None and column not in (force, partner)
@@ -265,11 +265,11 @@ def draft_stepped_sine(draft: ManifestDraft, judged: JudgedTable, test: str, sig
         run |= _draft_level(draft, judged, rows, force)
         if "sweep" not in columns and (way := WAY_OF_COLUMN.search(judged.table.of_set)):
             way_word = "up" if SWEEP_WORDS[way[0].lower()] > 0 else "down"
-            run["sweep"] = Marked(value=way_word, assumed=f'its columns are called "{way[0]}"')
+            run["sweep"] = Marked(value=way_word, assumed=f'named "{way[0]}" in its columns')
         run |= {"rows": rows} if rows else {}
         drive = make_complex_force(judged)
         if drive is not None and is_response_controlled(judged, drive, pairs[0][0], rows):
-            why = "the force varies with the frequency and the response does not"
+            why = "the force varies with frequency, but the response does not"
             run["control"] = Marked(value="response", assumed=why)
         lacking = describe_missing_values(judged, judged.mask(rows))
         if lacking:
@@ -304,8 +304,8 @@ def put_once(
     """Add the reading of a sensor to the columns of a run; a second one of the same sensor is left out by name."""
     if sensor in columns:
         draft.left_out.append(
-            f'{judged.table.file.path.name}: "{column.name}" is not used: sensor "{sensor}" reads another column '
-            "of this run; give it a sensor of its own, or a run of its own with the force that belongs to it"
+            f'{judged.table.file.path.name}: "{column.name}" is not used: sensor "{sensor}" already reads another '
+            "column of this run; give it a separate sensor, or a separate run with the force that belongs to it"
         )
     else:
         columns[sensor] = entry
@@ -332,8 +332,10 @@ def ask_configuration(draft: ManifestDraft, name: str) -> Marked:
         return Marked(value="free", assumed=f'called "{name}"')
     if WITH_CONTACTS.search(" ".join(name_words(name))):
         return Marked(value="jointed", assumed=f'called "{name}"')
-    why = "the file does not say it; most tests have all contacts"
-    return draft.ask("With all contacts (jointed), or without (free)?", "jointed", why, "jointed", "free")
+    why = "not stated in the file; most tests have all contacts"
+    return draft.ask(
+        "Was the structure tested with all contacts (jointed) or without (free)?", "jointed", why, "jointed", "free"
+    )
 
 
 def add_test(draft: ManifestDraft, test: str) -> None:

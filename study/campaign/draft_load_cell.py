@@ -26,7 +26,7 @@ def draft_load_cells(draft: ManifestDraft) -> None:
     for number, (first, second) in enumerate(pairs):
         default = LINES[number] if number < len(LINES) else f"line {number + 1}"
         line = draft.ask(
-            f"Behind which contact line of the case do {first} and {second} stand?", default, "the files do not say it"
+            f"Which contact line of the case do {first} and {second} measure?", default, "not stated in the files"
         )
         forces = {"tangential": f"{line.value}_T", "normal": f"{line.value}_N"}
         for component, name in forces.items():
@@ -35,7 +35,7 @@ def draft_load_cells(draft: ManifestDraft) -> None:
         angles = {
             key: draft.ask(
                 f"What is the {words} behind {first} and {second}?", value,
-                f"{symbol} of docs/data/contact_force.md, which no file says: take it from the drawing",
+                f"{symbol} of docs/data/contact_force.md, not stated in any file: take it from the drawing",
             )
             for key, (value, words, symbol) in ANGLES.items()
         }  # fmt: skip
@@ -44,7 +44,7 @@ def draft_load_cells(draft: ManifestDraft) -> None:
     alone = cells.keys() - {name for pair in pairs for name in pair}
     for name in sorted(alone):
         draft.left_out.append(
-            f'load cell "{name}": contact forces follow from two load cells of one line, such as R3 and R4, with phases'
+            f'load cell "{name}": contact forces need two load cells of one line, such as R3 and R4, with phases'
         )
         for run in draft.entries["run"]:
             run["columns"].pop(name, None)

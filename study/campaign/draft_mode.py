@@ -76,7 +76,7 @@ def draft_mode_table(draft: ManifestDraft, judged: JudgedTable) -> None:
         number = get_value(named[0], row) if named else row + 1
         called = number if isinstance(number, str) else f"{label} {number:g}"
         if not (np.isfinite(value) and value > 0):
-            why_not = f"its natural frequency is {value:g} Hz: a [[mode]] has one above zero"
+            why_not = f"its natural frequency is {value:g} Hz: a [[mode]] needs one above zero"
             draft.left_out.append(f'{file}: the mode "{called}": {why_not}')
             continue
         entry: dict[str, Any] = {"name": _make_unique(called, taken), "configuration": configuration}
@@ -98,7 +98,7 @@ def _read_damping_ratios(draft: ManifestDraft, judged: JudgedTable) -> tuple[NDA
     largest = float(np.nanmax(column.values))
     answer = draft.ask(
         f'Is "{column.name}" of {judged.table.file.path.name} a ratio, or in percent?',
-        "percent" if largest > MOST_DAMPED else "ratio", f"the file says no unit, and it reaches {largest:g}",
+        "percent" if largest > MOST_DAMPED else "ratio", f"no unit in the file, and it reaches {largest:g}",
         "ratio", "percent",
     )  # fmt: skip
     why = answer.assumed and f"a damping {'in percent' if answer.value == 'percent' else 'ratio'}: {answer.assumed}"
@@ -108,9 +108,9 @@ def _read_damping_ratios(draft: ManifestDraft, judged: JudgedTable) -> tuple[NDA
 def _describe_unusable(shape: MeasuredShape) -> str:
     """Why a shape is no natural mode; empty if it is one."""
     if shape.kind not in MODES:
-        return f"a shape of the kind {shape.kind} is no natural mode"
+        return f"a shape of the kind {shape.kind} is not a natural mode"
     if not (np.isfinite(shape.frequency) and shape.frequency > 0):
-        return f"its natural frequency is {shape.frequency:g} Hz: a mode that is compared has one above zero"
+        return f"its natural frequency is {shape.frequency:g} Hz: a comparison needs one above zero"
     return ""
 
 
@@ -132,7 +132,7 @@ def _draft_mode(
     where = f"{file.path.name}, {shape.where}"
     quantity, readings = _keep_one_quantity(draft, _draft_readings(draft, shape, where), where)
     if len(readings) < 2:
-        draft.left_out.append(f"{where}: its shape moves {len(readings)} points, and a comparison needs two")
+        draft.left_out.append(f"{where}: its shape has {len(readings)} moving points, but a comparison needs two")
         return entry
     for sensor, (node, axis, _) in readings.items():
         if draft.named("sensor", sensor) is None:
@@ -141,7 +141,7 @@ def _draft_mode(
             draft.entries["sensor"].append({"name": sensor, "quantity": quantity, **position})
     turned, share = _turn(np.array([value for *_, value in readings.values()]))
     values = {sensor: float(f"{value:.9g}") for sensor, value in zip(readings, turned.tolist(), strict=True)}
-    why = f"the real part of a complex shape that was turned; its imaginary part is {100 * share:.2g} % of it"
+    why = f"the real part of the complex shape after a phase rotation; the imaginary part is {100 * share:.2g} % of it"
     return {**entry, "shape": Marked(value=values, assumed=why) if share > 0 else values}
 
 
@@ -150,7 +150,7 @@ def _draft_readings(draft: ManifestDraft, shape: MeasuredShape, where: str) -> R
     values = np.asarray(shape.values, dtype=np.complex128)
     moves = np.flatnonzero(np.nan_to_num(values).any(axis=0)).tolist()
     if any(axis >= MOTIONS for axis in moves):
-        draft.left_out.append(f"{where}: rotations of its shape: displacements alone are compared")
+        draft.left_out.append(f"{where}: rotations of its shape: only displacements are compared")
     return {
         f"{node}{AXES[axis].upper()}": (int(node), AXES[axis], complex(values[row, axis]))
         for row, node in enumerate(shape.nodes.tolist())
@@ -168,7 +168,7 @@ def _keep_one_quantity(draft: ManifestDraft, readings: Readings, where: str) -> 
     if others := [sensor for sensor in of if of[sensor] != main]:
         listed = ", ".join(f'"{sensor}"' for sensor in others)
         draft.left_out.append(
-            f"{where}: points {listed} of its shape, whose sensors measure no {main} as the others do"
+            f"{where}: points {listed} of its shape, whose sensors do not measure {main} like the others"
         )
     return main, {sensor: reading for sensor, reading in readings.items() if sensor not in others}
 

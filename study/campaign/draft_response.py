@@ -26,11 +26,11 @@ from study.campaign.table_kind import JudgedTable
 #: Second index of an array of responses by outputs and inputs: H(:,2,1), H(2,1,:), H[1,0].
 SECOND_INDEX = re.compile(r"\d,(\d+)(?:,:)?[)\]]$")
 #: Why an amplitude is no frequency response.
-WITHOUT_PHASE = 'has no phase by its name: call the two "acc_tip" and "phase_tip" in the header, or the like'
+WITHOUT_PHASE = 'has no phase with a matching name: name the two columns "acc_tip" and "phase_tip", for example'
 #: Names of tests with a sine.
 SINE = re.compile(r"sine|sinus|stepped|sweep|swept|dwell", re.IGNORECASE)
 #: Why several responses of one sensor are numbered.
-REPEATS = "the file has several responses of one sensor, and nothing in it tells levels apart"
+REPEATS = "the file has several responses of one sensor, and nothing in it distinguishes levels"
 
 
 def draft_frequency_responses(draft: ManifestDraft, judged: JudgedTable, signs: Mapping[str, Marked]) -> None:
@@ -41,7 +41,7 @@ def draft_frequency_responses(draft: ManifestDraft, judged: JudgedTable, signs: 
     references = list(dict.fromkeys(named))
     main = max(references, key=named.count)
     draft.left_out += [
-        f"{file}: responses to a force at {reference}: a case has one load, here at {main}"
+        f"{file}: responses to a force at {reference}: a case has one load, here at {main}, so they are not used"
         for reference in references
         if reference != main
     ]
@@ -78,7 +78,7 @@ def draft_frequency_responses(draft: ManifestDraft, judged: JudgedTable, signs: 
             entry["coherence"][sensor] = coherence.name
     used = {name for entry in entries for name in entry["coherence"].values()}
     draft.left_out += [
-        f'{file}: the coherence "{column.name}" is of no response by its name: write it below [frf.coherence]'
+        f'{file}: the name of the coherence "{column.name}" matches no response: add it to [frf.coherence]'
         for column in judged.of_role(Role.COHERENCE)
         if column.name not in used and _name_reference(column) in {"", main}
     ]
@@ -101,8 +101,8 @@ def _test(draft: ManifestDraft, judged: JudgedTable) -> dict[str, Any]:
         return {"test": test, **level}
     if level:
         draft.suspicions.append(
-            f"{judged.table.place}: responses at a level of {without_marks(level['level']):g}: if a sine of this force "
-            "excited, name its test and level in place of its configuration, so that levels are told apart"
+            f"{judged.table.place}: responses at a level of {without_marks(level['level']):g}: if the excitation was "
+            "a sine of this force, give test and level instead of the configuration, to distinguish levels"
         )
     return {"configuration": ask_configuration(draft, label)}
 

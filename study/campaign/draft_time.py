@@ -64,8 +64,8 @@ def draft_loops(draft: ManifestDraft, judged: JudgedTable) -> None:
             "force": with_sign(_with_unit(draft, judged, force, "N"), find_direction_sign(force)),
         }
         place = draft.ask(
-            f"Whose displacement is imposed in {judged.table.file.path.name} (a place of the case)?", "joint",
-            "a loop needs it; for a vibrating structure write line, sensor and level instead of place",
+            f"Where is the displacement of {judged.table.file.path.name} imposed (a place of the case)?", "joint",
+            "a loop needs a place; for a vibrating structure give line, sensor and level instead",
         )  # fmt: skip
         entry: dict[str, Any] = {
             "name": _name_loop(judged, rows),
@@ -113,7 +113,9 @@ def draft_record(draft: ManifestDraft, judged: JudgedTable) -> None:
         rate = f"{found_rate / factor:.9g} Hz"
         draft.suspicions += [f"{file}: {sentence}" for sentence in note_rounded_time(factor * time.values)]
     else:
-        answer = draft.ask(f"Sampling rate of {file}?", "1000 Hz", "the file has no time; all frequencies depend on it")
+        answer = draft.ask(
+            f"Sampling rate of {file}?", "1000 Hz", "the file has no time; all frequencies depend on the sampling rate"
+        )
         text = str(answer.value)
         rate = Marked(value=text if "Hz" in text else f"{text} Hz", assumed=answer.assumed)
     drive: str | Marked | None = None
@@ -122,7 +124,7 @@ def draft_record(draft: ManifestDraft, judged: JudgedTable) -> None:
     elif len(channels) > 1 and (names := [one.name for one in channels if is_unnamed(judged.columns[one.name])]):
         answer = draft.ask(
             f"Which channel of {file} drives the structure ({', '.join(names[:6])})?", names[0],
-            "the file does not say it; usually the first",
+            "not stated in the file; usually the first",
         )  # fmt: skip
         drive = answer if answer.value in names else Marked(value=names[0], assumed="the first channel")
     units: dict[str, Any] = {}
@@ -133,7 +135,7 @@ def draft_record(draft: ManifestDraft, judged: JudgedTable) -> None:
         unknown = bool((column.name == without_marks(drive) and is_unnamed(guess)) or raw)
         quantity = "" if unknown else guess.quantity
         si = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}.get(quantity, "V")
-        reason = OF_RAW.get(raw) or (guess.evidence if guess.unit else "the file says no unit")
+        reason = OF_RAW.get(raw) or (guess.evidence if guess.unit else "no unit in the file")
         unit = column.unit or Marked(value=si if raw else guess.unit or si, assumed=reason)
         sign = find_direction_sign(column)
         units[column.name] = unit if sign == 1 else {"unit": unit, "sign": sign}
@@ -172,7 +174,7 @@ def _add_channel(draft: ManifestDraft, judged: JudgedTable, column: Column) -> N
 def _with_unit(draft: ManifestDraft, judged: JudgedTable, column: Column, si: str) -> str | dict[str, Any]:
     entry = reading(draft, judged, column)
     if isinstance(entry, str) and not column.unit and si:
-        return {"column": column.name, "unit": Marked(value=si, assumed="the file says no unit; SI")}
+        return {"column": column.name, "unit": Marked(value=si, assumed="no unit in the file: SI assumed")}
     return entry
 
 
@@ -195,7 +197,9 @@ def _find_cycles(
         if judged.columns[column.name].unit == "Hz":
             return f"{rows[column.name]:g} Hz"
     if time is None:
-        return Marked(value="1 Hz", assumed="the file has no time; friction does not depend on it, a dashpot does")
+        return Marked(
+            value="1 Hz", assumed="the file has no time; friction does not depend on the frequency, a dashpot does"
+        )
     instants = time.values[mask]
     signal = displacement.values[mask] - displacement.values[mask].mean()
     step = float(np.median(np.diff(instants))) * SECONDS.get(judged.columns[time.name].unit, 1.0)

@@ -29,10 +29,10 @@ def choose_drive(draft: ManifestDraft, judged: JudgedTable) -> JudgedTable:
     names = [column.name for column in channels]
     answer = draft.ask(
         f"Which channel of the steady states drives the structure ({', '.join(names[:6])})?", names[0],
-        "the file does not say it; usually the first",
+        "not stated in the file; usually the first",
     )  # fmt: skip
     chosen = str(answer.value) if answer.value in names else names[0]
-    why = f"{ASSUMED}{answer.assumed}" if answer.assumed else "you said so"
+    why = f"{ASSUMED}{answer.assumed}" if answer.assumed else "your answer"
     guess = judged.columns[chosen]
     drive = replace(guess, role=Role.FORCE, quantity="voltage", unit=guess.unit or "V", evidence=why, stem="")
     return replace(judged, columns={**judged.columns, chosen: drive})

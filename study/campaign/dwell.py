@@ -35,7 +35,7 @@ def share_kind(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
         steady = [judged for judged in members if judged.kind is Kind.STEADY_STATE]
         for judged in members if 2 * len(steady) > len(members) else ():
             if judged.kind is Kind.RECORD and _is_driven_as_named(judged):
-                evidence[id(judged)] = f"as {len(steady)} others whose names and channels are alike"
+                evidence[id(judged)] = f"like {len(steady)} others with similar names and channels"
     return [
         replace(judged, kind=Kind.STEADY_STATE, evidence=evidence[id(judged)]) if id(judged) in evidence else judged
         for judged in tables

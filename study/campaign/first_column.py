@@ -13,7 +13,7 @@ from study.campaign.column_role import Recognised, Role
 from study.campaign.table import MeasuredTable
 
 #: Begins the evidence of a column that may be a time as well as a frequency.
-EITHER = "it rises in equal steps, as a time or a frequency does"
+EITHER = "it rises in equal steps, like a time or a frequency"
 INDEX = re.compile(r"[(\[][\d:,]+[)\]]$")
 
 
@@ -37,10 +37,10 @@ def recognise_first_columns(table: MeasuredTable, columns: Mapping[str, Recognis
         if guess.role in {Role.TIME, Role.FREQUENCY} or guess.unit or not rises_evenly(column):
             continue
         if over and any(np.iscomplexobj(one.values) for one in over):
-            why = "the first column of an array of complex numbers, in equal steps, and the file says no unit: Hz"
+            why = "the first column of an array of complex numbers, in equal steps, and no unit in the file: Hz assumed"
             result[column.name] = Recognised(role=Role.FREQUENCY, unit="Hz", evidence=why, assumed=True)
         elif over and _is_alone(column, over) and all(_has_both_signs(one.values) for one in over):
-            why = "the first column of an array, in equal steps, and the file says no unit: s"
+            why = "the first column of an array, in equal steps, and no unit in the file: s assumed"
             result[column.name] = Recognised(role=Role.TIME, unit="s", evidence=why, assumed=True)
         elif over or guess.role in {Role.RESPONSE, Role.OTHER}:
             result[column.name] = replace(guess, role=Role.OTHER, evidence=EITHER)

@@ -26,7 +26,7 @@ Whole = Int[NDArray[np.int64], " n"]
 
 #: Names of a number that is a level.
 LEVEL_NUMBERS = {"level", "levels", "force", "forces", "setpoint", "amplitude", "amplitudes", "loads", "stufe"}
-WHY = "neither force nor level is in the file"
+WHY = "the file contains neither force nor level"
 #: Digits of the force of a sweep.
 DIGITS = 2
 
@@ -84,7 +84,7 @@ def find_level_beside_columns(judged: JudgedTable, size: Series | float | None) 
     """
     for name, number in judged.table.scalars.items():
         if _is_level(name, number) and (size is None or _is_near(size, number)):
-            return {"level": Marked(value=number, assumed=f'the number "{name}" beside the columns')}
+            return {"level": Marked(value=number, assumed=f'the scalar "{name}" of the file')}
     return {}
 
 
@@ -115,7 +115,7 @@ def find_named_set_point(judged: JudgedTable, force: str, size: Series | float) 
     value, _ = find_force_in_name(judged, force)
     if value is None:
         return {}
-    why = "the level in its name, which its force is near"
+    why = "the level in its name, close to its force"
     return {"level": Marked(value=value, assumed=why)} if _is_near(size, value) else {}
 
 
@@ -140,9 +140,9 @@ def ask_levels(
     of_pass = number_passes(frequency, sweep)
     factors = find_common_factors(_arrange_by_pass(frequency, of_pass, sizes))
     n = 1 if factors is None else int(of_pass.max()) + 1
-    text, why = f"At which level was {label} measured (a number)?", WHY
+    text, why = f"What is the level of {label} (a number)?", WHY
     if factors is not None:
-        text = f"At which levels were the {n} sweeps of {label} measured ({n} numbers, or one for all)?"
+        text = f"What are the levels of the {n} sweeps of {label} ({n} numbers, or one for all)?"
         listed = format_factors(factors)
         why = f"{WHY}, and its sweeps differ by factors {listed}: levels, not repeats; give levels = [...]"
     answer = draft.ask(text, "1.0", why)

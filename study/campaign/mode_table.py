@@ -42,7 +42,7 @@ def recognise_modes(table: MeasuredTable, columns: Mapping[str, Recognised]) -> 
     if not (called or alone or (damping is not None and bool((steps > 0).all()))):
         return {}
     roles = [(count, Role.MODE, "it counts the rows"), (names, Role.MODE, "its words differ from row to row")]
-    roles += [(damping, Role.DAMPING, "by its name")]
+    roles += [(damping, Role.DAMPING, "by name")]
     return {
         one.name: replace(columns[one.name], role=role, evidence=why) for one, role, why in roles if one is not None
     }

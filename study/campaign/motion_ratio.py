@@ -8,8 +8,8 @@ from correlation.file.quantity import MOTION_WORDS, OF_UNIT
 MOTION_RATIO = re.compile(r"\((.+)\)/\((.+)\)|(.+)/\3")
 #: Why such a ratio is not used, and how it can be.
 TRANSMISSIBILITY = (
-    "a transmissibility, a ratio of motions and no response to a force: write [drive] quantity = "
-    '"base acceleration", and [[run]] with level = 1 and these ratios with unit = "m/s^2"'
+    'a transmissibility: a ratio of motions, not a response to a force: write [drive] quantity = "base '
+    'acceleration", and [[run]] with level = 1 and these ratios with unit = "m/s^2"'
 )
 
 

@@ -63,13 +63,13 @@ def find_wrong_names(tables: Sequence[JudgedTable]) -> Iterator[str]:
         if wrong and is_in_cycle(meant, level):
             other = by_level[meant[level]][0].words
             yield (
-                f'{_name(wrong)}, and the measured force is {_range(wrong)}, that of runs which are named "{other}": '
-                f"are the names of levels exchanged? {USED.capitalize()}"
+                f"{_name(wrong)}, and the measured force is {_range(wrong)}, which is that of the runs named "
+                f'"{other}": are the names of levels interchanged? {USED.capitalize()}'
             )
         elif wrong:
             yield (
                 f'{_name(wrong)}, but "{wrong[0].channel}" is {_range(wrong)}: did the drive clip, or is one of them '
-                f"rms or peak to peak? {USED.capitalize()}"
+                f"an rms or peak-to-peak value? {USED.capitalize()}"
             )
 
 
@@ -103,7 +103,9 @@ def _describe_factor(runs: Sequence[_NamedLevel], factor: float) -> str:
     if not units and not amplitudes and abs(np.log(factor)) < np.log(ANOTHER):
         return ""
     asked = (
-        f"is {' or '.join([*units, *amplitudes])}" if units or amplitudes else "is the sensitivity of the force right"
+        f"is {' or '.join([*units, *amplitudes])}"
+        if units or amplitudes
+        else "is the sensitivity of the force sensor correct"
     )
     remedy = "; if it is wrong, correct the unit of its column" if units else ""
     called = ", ".join(f'"{words}"' for words in dict.fromkeys(run.words for run in runs))

@@ -108,7 +108,7 @@ def read_folder(
     if not folder.is_dir():
         raise CampaignError(f'there is no folder "{folder}"; give the one with the files of the test')
     if path.exists() and not overwrite:
-        raise CampaignError(f'"{path}" is there already; remove it, or replace it by --force')
+        raise CampaignError(f'"{path}" already exists; remove it, or replace it with --force')
     paths = [path for path in sorted(folder.iterdir()) if _may_be_measured(path)]
     files: dict[str, MeasuredFile] = {}
     unreadable: dict[str, str] = {}
@@ -160,9 +160,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> ManifestDraft:
     """
     folder = measured.folder
     if not measured.files and not measured.unreadable and (others := _name_others(folder)):
-        raise CampaignError(
-            f'"{folder}" has no measured file of a known format, but {others}: save their numbers as CSV'
-        )
+        raise CampaignError(f'"{folder}" has no measured file of a known format, only {others}: save the data as CSV')
     draft = ManifestDraft(title=folder.resolve().name, answers=answers)
     for name, reason in measured.unreadable.items():
         sentence = reason.removeprefix(name).lstrip(":, ")
@@ -170,8 +168,8 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> ManifestDraft:
         draft.left_out.append(reason)
     if measured.subfolders:
         draft.left_out.append(
-            f"{', '.join(measured.subfolders)}: folders, which are not read: put their files into {folder.name} with "
-            "the names of the folders in theirs, or draft a campaign in each"
+            f"{', '.join(measured.subfolders)}: subfolders are not read: copy their files into {folder.name} with the "
+            "folder name in each file name, or draft a campaign in each"
         )
     tables = {name: find_tables(file) for name, file in measured.files.items()}
     result = share_kind([judge_table(table) for of_file, _ in tables.values() for table in of_file])
@@ -191,7 +189,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> ManifestDraft:
     draft_load_cells(draft)
     draft_modes(draft, measured.files)
     draft.left_out += [
-        f"{name}: datasets of the types {types}, which are not read"
+        f"{name}: datasets of the types {types} are not read"
         for name, file in measured.files.items()
         if (types := file.facts.get(NOT_READ))
     ]
@@ -207,8 +205,9 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> ManifestDraft:
     draft.suspicions += doubt_repeats(draft)
     if draft.entries["record"] and not draft.is_comparable:
         draft.suspicions.append(
-            "there are time records alone, which no command compares: add sines, ring-downs or frequency responses; a "
-            "record with a force gives these by [[frf]] with time, force and an estimator (docs/campaign.md)"
+            "there are only time records, which no command compares: add sines, ring-downs or frequency responses; "
+            "[[frf]] with time, force and an estimator makes a frequency response from a record with a force "
+            "(docs/campaign.md)"
         )
     if draft.is_empty:
         raise make_nothing_left_error(draft, folder)

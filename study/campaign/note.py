@@ -69,7 +69,7 @@ def describe_unused_file(file: MeasuredFile, tables: Sequence[JudgedTable]) -> s
     if not file.columns or file.shapes:
         return "" if file.shapes or file.nodes or NOT_READ in file.facts else f"{name}: it has no columns"
     rows = max(len(column.values) for column in file.columns)
-    needed = f"a sweep or a history needs {FEWEST} or more; write natural frequencies as [[mode]]"
+    needed = f"a sweep or a time history needs {FEWEST} or more; give natural frequencies as [[mode]]"
     return f"{name}: it has {rows} {'row' if rows == 1 else 'rows'}, and {needed}"
 
 
@@ -104,6 +104,6 @@ def _describe_columns(judged: JudgedTable) -> list[tuple[str, str, str, str]]:
             role += f" ({', '.join(details)})" if details else ""
         evidence = guess.evidence
         if column.name in settings:
-            role, evidence = "setting", "each of its values is a series of its own"
+            role, evidence = "setting", "each of its values is a separate series"
         rows.append((judged.table.short_name(column), role, guess.unit, evidence))
     return rows

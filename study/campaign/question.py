@@ -78,4 +78,4 @@ class Terminal:
             close = [choice for choice in question.choices if choice.startswith(answer)]
             if len(close) == 1:
                 return Marked(value=close[0])
-            sys.stderr.write(f'  "{answer}" is none of {", ".join(question.choices)}\n')
+            sys.stderr.write(f'  "{answer}" is not one of {", ".join(question.choices)}\n')

@@ -31,7 +31,7 @@ def make_nothing_left_error(draft: ManifestDraft, folder: Path) -> CampaignError
     """Why nothing of a folder can be used."""
     reasons = [reason.rstrip(".") for reason in merge_similar(draft.left_out)]
     more = [f"and {len(reasons) - SHOWN} more"] if len(reasons) > SHOWN else []
-    listed = "; ".join([*reasons[:SHOWN], *more]) or "it has no measured file"
+    listed = "; ".join([*reasons[:SHOWN], *more]) or "it contains no measured file"
     return CampaignError(f'nothing in "{folder}" can be compared with a model ({listed}); give measured files')
 
 

@@ -102,7 +102,7 @@ def _give_one_level(runs: Sequence[dict[str, Any]], levels: Series) -> None:
         return
     stated = next((run["level"] for run in runs if "level" in run), None)
     common = float(f"{np.median(levels):.{DIGITS}g}") if stated is None else without_marks(stated)
-    why = f"forces from {levels.min():.4g} to {levels.max():.4g} are taken for one set point"
+    why = f"forces from {levels.min():.4g} to {levels.max():.4g} are taken as one set point"
     for run in runs:
         if "level" not in run:
             columns = run.pop("columns")
@@ -135,7 +135,7 @@ def _find_stated_repeat(table: MeasuredTable) -> tuple[int, str]:
     """Number of the repeat that an attribute or a word of the name states, and which; 0 without one."""
     for name, number in table.scalars.items():
         if set(name_words(name)) & WORDS[Role.REPEAT] and number > 0 and number == int(number):
-            return int(number), f'the number "{name}" beside its columns'
+            return int(number), f'the scalar "{name}" of its file'
     return repeat_in_name(_run_name(table)) or 0, "the repeat in its name"
 
 
@@ -167,7 +167,7 @@ def _number(draft: ManifestDraft, runs: Sequence[Run], numbers: Sequence[int], c
     """Number runs of one level, unless they are one response that settles."""
     if {*numbers} == {1}:
         return
-    why = evidence or f"{called} are taken for repeats"
+    why = evidence or f"{called} are taken as repeats"
     settle = Marked(value=REPEATS, assumed=why) if evidence else _ask(draft, f"Are {called} repeats", REPEATS, why)
     entry = draft.named("test", runs[0]["test"])
     if settle.value == SETTLING and entry is not None:
@@ -194,8 +194,8 @@ def mark_settling(draft: ManifestDraft, test: str, frequency: Series, sizes: Seq
     if entry is None or len(_find_blocks(frequency)) < FEWEST:
         return
     evidence = is_settling(frequency, sizes)
-    why = evidence or "readings at one frequency go in no one direction"
-    text = f"Are readings of {test} that follow each other at one frequency repeats"
+    why = evidence or "successive readings at one frequency show no trend"
+    text = f"Are successive readings of {test} at one frequency repeats"
     answer = _ask(draft, text, SETTLING if evidence else REPEATS, why)
     if answer.value == SETTLING:
         entry["settling"] = Marked(value=True, assumed=answer.assumed)
@@ -203,7 +203,7 @@ def mark_settling(draft: ManifestDraft, test: str, frequency: Series, sizes: Seq
 
 def _ask(draft: ManifestDraft, text: str, default: str, why: str) -> Marked:
     """Whether readings are repeats or one response that settles."""
-    return draft.ask(f"{text}, or one response that settles?", default, why, REPEATS, SETTLING)
+    return draft.ask(f"{text}, or one response that is still settling?", default, why, REPEATS, SETTLING)
 
 
 def find_run_level(run: Run) -> float:
@@ -252,7 +252,7 @@ def is_settling(
     settling = sum(any(_settles(values[start:end]) for values in response) for start, end in blocks)
     if settling < SHARE * len(blocks):
         return ""
-    return f"readings at one frequency go one way in ever smaller steps at {settling} of {len(blocks)} frequencies"
+    return f"successive readings approach a limit in ever smaller steps at {settling} of {len(blocks)} frequencies"
 
 
 def _find_blocks(frequency: Series) -> list[tuple[int, int]]:

@@ -60,9 +60,9 @@ def doubt_repeats(draft: ManifestDraft) -> Iterator[str]:
         if apart:
             share, a, b = max(apart, key=lambda item: item[0])
             yield (
-                f'test "{test}": runs "{a.name}" and "{b.name}" are taken for repeats, and their resonances are '
-                f"{100 * share:.2g} % apart, more than their peaks are wide: are they other tests? Then give each run "
-                f"the name of its own test (level {level})"
+                f'test "{test}": runs "{a.name}" and "{b.name}" are taken as repeats, but their resonances are '
+                f"{100 * share:.2g} % apart, more than the width of their peaks: are they different tests? Then give "
+                f"each run a separate test (level {level})"
             )
 
 

@@ -49,11 +49,16 @@ def find_sensor_signs(draft: ManifestDraft, tables: Sequence[JudgedTable], time_
         opposite = [item for item in items if has_opposite_sign(item, quantity, time_sign)]
         if 3 * len(opposite) < 2 * len(items):
             continue
-        why = f"{_tell_phase(opposite, len(items), time_sign)}, opposite to {quantity} at the force"
+        why = (
+            f"{_tell_phase(opposite, len(items), time_sign)}, opposite to that of {quantity} at the point of excitation"
+        )
         if (name, quantity) in at_force:
             signs[name] = Marked(value=-1, assumed=why)
         else:
-            remedy = "is it beyond a node of the shape, or mounted the other way round? then add sign = -1"
+            remedy = (
+                "is it on the other side of a node of the mode shape, or mounted in the opposite direction? In the "
+                "latter case add sign = -1"
+            )
             draft.suspicions.append(f'sensor "{name}": {why}: {remedy}')
     return signs
 
@@ -91,13 +96,16 @@ def find_sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[s
         motion = max(AT_RESONANCE, key=motions.count)
         own = [item for item, named in zip(items, motions, strict=True) if named == motion]
         if 3 * len(own) >= 2 * len(items):
-            why = f"{_tell_phase(own, len(items), time_sign)}, as that of {motion} at the force"
+            why = f"{_tell_phase(own, len(items), time_sign)}, like that of {motion} at the point of excitation"
             result[name] = Marked(value=motion, assumed=why)
     for names in arrays.values():
         named = [str(result[name].value) for name in sorted(names) if name in result]
         motion = max(AT_RESONANCE, key=named.count)
         if named and (len(set(named)) > 1 or len(named) < len(names)):
-            why = f"{named.count(motion)} of {len(names)} channels of its array have the phase of {motion} at the force"
+            why = (
+                f"{named.count(motion)} of {len(names)} channels of its array have the phase of {motion} at the point "
+                "of excitation"
+            )
             result |= dict.fromkeys(names, Marked(value=motion, assumed=why))
     return result
 

@@ -20,12 +20,14 @@ from study.campaign.unknown_unit import says_counts
 #: Up to so many sensors are asked for one by one.
 FEW_SENSORS = 4
 #: Why readings of a converter have no unit.
-OF_COUNTS = "whole numbers of a converter: the file does not say how large one is, so that amplitudes mean nothing yet"
+OF_COUNTS = (
+    "integer counts of an A/D converter: the file does not state their size, so the amplitudes are not calibrated"
+)
 #: Why readings of a strain gauge have no unit of a motion.
-OF_STRAIN = "a strain: the file does not say how far a place moves for it, so that amplitudes mean nothing yet"
+OF_STRAIN = "a strain: its ratio to a displacement is not known, so the amplitudes are not calibrated"
 OF_RAW = {COUNT: OF_COUNTS, STRAIN: OF_STRAIN}
 #: Why the quantity of a sensor is asked for.
-NO_QUANTITY = "its unit and its name do not say it"
+NO_QUANTITY = "neither its unit nor its name states it"
 #: Fewest whole numbers that tell a converter, and the least of their largest: a few small ones are settings.
 FEWEST_COUNTS, LEAST_COUNTS = 100, 100
 AXES = ("x", "y", "z", "rx", "ry", "rz")
@@ -108,14 +110,14 @@ def add_sensor(
     entry |= {} if quantity == LOAD_CELL else _position(draft, judged, column, name)
     if has_phase is False:
         others = ", ".join(f'"{one.name}"' for one in judged.of_role(Role.PHASE))
-        entry["phase"] = Marked(value=False, assumed=f"by its name {others} is not its phase") if others else False
+        entry["phase"] = Marked(value=False, assumed=f"the name of {others} does not match it") if others else False
     raw = find_raw_unit(column, guess)
     is_known = bool(guess.quantity) and guess.quantity != "voltage" and not raw and guess.unit != "percent"
     if not needs_unit and not (is_known or guess.unit not in {"", "V", "mV", "percent", STRAIN}):
         of_unit = f"readings in {'percent' if guess.unit == 'percent' else 'volts'}: their sensitivity is unknown"
         why = of_unit if guess.unit else "the unit of its column is unknown"
         entry["calibrated"] = Marked(value=False, assumed=OF_RAW.get(raw, why))
-        unknown = Marked(value="V", assumed="the file says no unit that is known")
+        unknown = Marked(value="V", assumed="the file has no known unit")
         entry["reading_unit"] = guess.unit or raw or unknown
     draft.entries["sensor"].append(entry)
     return name
@@ -125,7 +127,7 @@ def ask_quantity(draft: ManifestDraft, name: str, guess: Recognised) -> str | Ma
     """What a sensor measures."""
     if guess.quantity in {*MOTIONS, LOAD_CELL}:
         return Marked(value=guess.quantity, assumed=guess.evidence) if guess.assumed else guess.quantity
-    why = "a strain is one of unknown gain, in one mode" if guess.quantity == STRAIN else NO_QUANTITY
+    why = "a strain is a motion of unknown gain, in one mode" if guess.quantity == STRAIN else NO_QUANTITY
     likely = draft.motions.get(name, Marked(value="displacement", assumed=why))
     return draft.ask(f'What does "{name}" measure?', str(likely.value), likely.assumed, *MOTIONS)
 
@@ -169,12 +171,12 @@ def reading(
     else:
         entry = {"column": column.name}
     if SCALE in column.facts:
-        why = f'"{column.facts[SCALE]}" is taken for 20 lg of an amplitude'
+        why = f'"{column.facts[SCALE]}" is taken as 20 log10 of an amplitude'
         entry = {part: Marked(value=name, assumed=why) if name == column.name else name for part, name in entry.items()}
     described = draft.named("sensor", sensor) if sensor else None
     if described is not None and "calibrated" not in described and (raw := find_raw_unit(column, guess)):
         si = SI_UNIT[str(without_marks(described["quantity"]))]
-        text = f"How many of the unit {raw} of {column.name} of {judged.table.file.path.name} are 1 {si}?"
+        text = f'How many units "{raw}" of {column.name} of {judged.table.file.path.name} are 1 {si}?'
         answer = draft.ask(text, "1", OF_RAW[raw])
         entry["unit"] = raw
         entry["sensitivity"] = Marked(value=f"{answer.value} {raw}/({si})", assumed=answer.assumed)
@@ -233,7 +235,7 @@ def _choose_unit(quantity: str, guess: Recognised, per: str) -> Marked:
         unit = guess.unit if not per or "/(" in guess.unit or guess.unit.endswith("/N") else f"({guess.unit})/({per})"
         return Marked(value=unit, assumed=guess.evidence)
     si = SI_UNIT[quantity]
-    return Marked(value=f"({si})/({per})" if per else si, assumed="the file says no unit; SI")
+    return Marked(value=f"({si})/({per})" if per else si, assumed="no unit in the file: SI assumed")
 
 
 def _position(draft: ManifestDraft, judged: JudgedTable, column: Column, name: str) -> dict[str, Any]:
@@ -255,7 +257,7 @@ def draft_position(draft: ManifestDraft, which: str, axis: str, node: Node | Non
     which
         The sensor, or all those that stand at the same unknown place, in words.
     axis
-        "x" and the like; empty if the file does not say it.
+        "x" and the like; empty if not stated in the file.
     node
         Coordinates that the file gives, shape (3,) [m]; None without any.
     """
@@ -264,15 +266,15 @@ def draft_position(draft: ManifestDraft, which: str, axis: str, node: Node | Non
     so_far = {str(without_marks(one["place"])) for one in draft.entries["sensor"] if "place" in one}
     known = f" (so far: {', '.join(sorted(so_far))})" if so_far else ""
     why = (
-        f"the file does not say it; the name of a place of the case{known}, or coordinates such as 0.5 m, 0 m, "
-        "0 m, and an axis"
+        f"not stated in the file; give the name of a place of the case{known}, or coordinates such as 0.5 m, 0 m, 0 "
+        "m, and an axis"
     )
-    answer = draft.ask(f"Where is {which}, and along which axis does it read?", f"tip {axis or 'z'}", why)
+    answer = draft.ask(f"Where is {which}, and in which direction does it measure?", f"tip {axis or 'z'}", why)
     place, _, given = str(answer.value).rpartition(" ")
     place, given = (place, given) if given in AXES else (str(answer.value), axis or "z")
-    direction = axis or Marked(value=given, assumed=answer.assumed and "the file does not say it")
+    direction = axis or Marked(value=given, assumed=answer.assumed and "not stated in the file")
     coordinates = [part.strip() for part in place.split(",")]
     if len(coordinates) == 3:
         return {"direction": direction, "coordinates": coordinates}
-    reason = answer.assumed and "the file does not say where the sensor is"
+    reason = answer.assumed and "the location of the sensor is not stated in the file"
     return {"direction": direction, "place": Marked(value=place, assumed=reason)}

@@ -58,9 +58,8 @@ def name_tests(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> dict[int,
             result |= {id(member): name for member in members}
         if len(own) > 1:
             draft.suspicions.append(
-                f"tests {', '.join(own)}: only words in the names of files or columns tell them apart: if these words "
-                "number repeats or name sensors of one test, give their runs one test, and repeats or sensors of their "
-                "own"
+                f"tests {', '.join(own)}: they differ only by words in the names of files or columns: if these words "
+                "mean repeats or sensors of one test, give their runs the same test, and separate repeats or sensors"
             )
     return result
 
@@ -82,8 +81,8 @@ def suspect_structures(tables: Sequence[JudgedTable]) -> list[str]:
         apart = {label: own - common for label, own in words.items()}
         if len(set(apart.values())) > 1 and all(apart.values()):
             sentences.append(
-                f"{', '.join(apart)}: only words in the names of files or groups tell them apart: if these name "
-                "structures or set-ups, give each a campaign of its own"
+                f"{', '.join(apart)}: they differ only by words in the names of files or groups: if these mean "
+                "different structures or set-ups, make a separate campaign of each"
             )
     return sentences
 

@@ -29,7 +29,7 @@ def recognise_controller(table: MeasuredTable, columns: Mapping[str, Recognised]
     voltages = [one for one in drives if columns[one.name].quantity == "voltage"]
     if control is None or not (demands or voltages) or len(voltages) < len(drives):
         return dict(columns)
-    why = f'called "{control.name}" beside "{(demands or voltages)[0].name}": the controlled acceleration of the base'
+    why = f'called "{control.name}" next to "{(demands or voltages)[0].name}": the controlled acceleration of the base'
     result = {**columns, control.name: replace(columns[control.name], role=Role.FORCE, evidence=why)}
     for one in demands:
         is_level = len(np.unique(one.values)) == 1
@@ -37,6 +37,6 @@ def recognise_controller(table: MeasuredTable, columns: Mapping[str, Recognised]
         result[one.name] = replace(columns[one.name], role=role, evidence=why)
     for one in voltages:
         result[one.name] = replace(
-            columns[one.name], role=Role.OTHER, evidence="what the controller sends to its shaker"
+            columns[one.name], role=Role.OTHER, evidence="the output of the controller to its shaker"
         )
     return result

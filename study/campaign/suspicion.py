@@ -69,7 +69,8 @@ def _suspect_branches(judged: JudgedTable) -> list[str]:
                 at = f" at {', '.join(f'{key} = {value}' for key, value in rows.items())}" if rows else ""
                 sentences.append(
                     f'{judged.table.file.path.name}: "{column.name}"{at}: rising and falling sweeps differ by up to a '
-                    f"factor of {apart.factor:.2g} from {apart.first:g} to {apart.last:g} Hz: two branches, no repeats"
+                    f"factor of {apart.factor:.2g} from {apart.first:g} to {apart.last:g} Hz: these are two branches, "
+                    "not repeats"
                 )
     return sentences
 
@@ -97,8 +98,8 @@ def _suspect_varying_force(judged: JudgedTable) -> list[str]:
     if is_response_controlled(judged, values, pair_responses_with_phases(judged)[0][0], {}):
         return []
     return [
-        f'{judged.table.file.path.name}: "{force.name}" goes from {size.min():.4g} to {size.max():.4g}: the force of '
-        "each point is used; the level is its median"
+        f'{judged.table.file.path.name}: "{force.name}" varies from {size.min():.4g} to {size.max():.4g}: the force '
+        "of each point is used; the level is the median"
     ]
 
 
@@ -109,7 +110,7 @@ def _suspect_frequency_of_name(judged: JudgedTable) -> list[str]:
         return []
     return [
         f"{judged.table.file.path.name}: {differ[0]:g} Hz in its name, but its drive has {differ[1]:.4g} Hz, which is "
-        "used: is the sampling rate right?"
+        "used: is the sampling rate correct?"
     ]
 
 
@@ -138,7 +139,7 @@ def _suspect_clipping(judged: JudgedTable) -> list[str]:
         near = compute_share_near_limit(values)
         if not flat and is_force and judged.kind is Kind.STEADY_STATE and near > FLAT:
             flat = [
-                f"{name} is within 10 % of its largest value in {100 * near:.0f} % of its samples, where a sine is in "
+                f"{name} is within 10 % of its largest value in {100 * near:.0f} % of its samples; for a sine this is "
                 f"29 %: {asked}"
             ]
         sentences += flat

@@ -169,9 +169,9 @@ def judge_table(table: MeasuredTable) -> JudgedTable:
     if either := _describe_even_column(judged):
         return _as(judged, Kind.NOT_USED, either)
     if len(table.columns[0].values) >= FEWEST_SAMPLES and _is_cycled(judged):
-        return _as(judged, Kind.LOOP, "a force and a displacement that goes to and fro slowly, and no time")
+        return _as(judged, Kind.LOOP, "a force and a slowly cycled displacement, and no time")
     if len(table.columns[0].values) >= FEWEST_SAMPLES:
-        return _as(judged, Kind.RECORD, "it has many samples, and neither time nor frequency")
+        return _as(judged, Kind.RECORD, "it has many samples, but neither time nor frequency")
     return _as(judged, Kind.NOT_USED, "; ".join(["it has neither time nor frequency", *describe_unknown_units(judged)]))
 
 
@@ -180,19 +180,19 @@ def _lacks_response(judged: JudgedTable) -> str:
     if foreign := judged.of_role(Role.FOREIGN):
         return f'it has no motion: "{foreign[0].name}": {judged.columns[foreign[0].name].evidence}'
     if unknown := describe_unknown_units(judged):
-        return f"it has no response in a unit that is known: {'; '.join(unknown)}"
+        return f"it has no response in a known unit: {'; '.join(unknown)}"
     if judged.of_role(Role.FORCE):
-        return "it has a force and no response"
+        return "it has a force but no response"
     if all(column.words for column in judged.table.columns):
-        return "it has texts and no numbers"
+        return "it contains text but no numbers"
     if not any(guess.role in {Role.TIME, Role.FREQUENCY} for guess in judged.columns.values()):
         either = _describe_even_column(judged)
         if either and judged.table.file.format in OF_ARRAYS:
             return either
         named = ", ".join(f'"{column.name}"' for column in judged.table.columns[:4])
         return (
-            f"nothing says what its columns {named} are: write a header such as frequency [Hz], force [N], tip [mm], "
-            "phase [deg] above them, or name them below [run.columns] (docs/campaign.md)"
+            f"its columns {named} are not identified: write a header such as frequency [Hz], force [N], tip [mm], "
+            "phase [deg] above them, or name them in [run.columns] (docs/campaign.md)"
             + (f"; {either}" if either else "")
         )
     return "it has no response"
@@ -201,9 +201,9 @@ def _lacks_response(judged: JudgedTable) -> str:
 def _to_add(table: MeasuredTable) -> str:
     """How the frequencies of complex numbers are added to a file of its format."""
     if table.file.format == "uff":
-        return "say its abscissa in Hz, as type 18 in dataset 58"
+        return "give its abscissa in Hz, as type 18 in dataset 58"
     if table.file.format in OF_ARRAYS:
-        return f'add a vector "freq" of their {len(table.columns[0].values)} frequencies in Hz'
+        return f'add a vector "freq" with their {len(table.columns[0].values)} frequencies in Hz'
     return "add a column freq [Hz] with the frequency of each row"
 
 
@@ -214,8 +214,8 @@ def _describe_even_column(judged: JudgedTable) -> str:
         return ""
     first, last = (f"{column.values[row].real:.6g}" for row in (0, -1))
     return (
-        f'"{column.name}" goes from {first} to {last} in equal steps: if it is a time, call it time [s] in the file, '
-        "and if it is a frequency, freq [Hz]"
+        f'"{column.name}" goes from {first} to {last} in equal steps: if it is a time, name it time [s] in the file; '
+        "if it is a frequency, freq [Hz]"
     )
 
 
@@ -267,12 +267,12 @@ def _name_of_file(table: MeasuredTable, columns: Mapping[str, Recognised]) -> di
     motions = [motion for motion in MOTIONS if any(len(word) > 1 for word in words & MOTION_WORDS[motion])]
     change: dict[str, Any] = {}
     if len(motions) == 1:
-        change = {"quantity": motions[0], "assumed": True, "evidence": f"{OF_FILE} says {motions[0]}"}
+        change = {"quantity": motions[0], "assumed": True, "evidence": f"{OF_FILE} contains {motions[0]}"}
     elif words & PRESSURE_WORDS and not motions:
-        change = {"role": Role.FOREIGN, "evidence": f"{OF_FILE} says a pressure, which is no motion"}
+        change = {"role": Role.FOREIGN, "evidence": f"{OF_FILE} contains a pressure, which is not a motion"}
     elif words & {"force", "kraft"} and not motions and len(unknown) == 1:
         force = {"role": Role.FORCE, "quantity": "force", "unit": "N", "assumed": True}
-        change = {**force, "evidence": f"{OF_FILE} says force, and nothing a unit: N"}
+        change = {**force, "evidence": f"{OF_FILE} contains force, and no unit is stated: N assumed"}
     return {**columns, **{name: replace(columns[name], **change) for name in unknown if change}}
 
 
@@ -290,7 +290,7 @@ def _mark_raw_voltages(table: MeasuredTable, columns: Mapping[str, Recognised]) 
             and name_words(table.short_name(other)) == words
         ]
         if words and read and OF_UNIT.get(column.unit) == "voltage":
-            why = f'volts of what "{read[0]}" says in its own unit'
+            why = f'the raw voltage of "{read[0]}"'
             result[column.name] = Recognised(role=Role.OTHER, unit=column.unit, evidence=why)
     return result
 
@@ -299,7 +299,7 @@ def _mark_strains(columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Strains, whose gain is not known, are of no use beside a motion."""
     has_motion = any(guess.role is Role.RESPONSE and guess.quantity in MOTIONS for guess in columns.values())
     strains = [name for name, guess in columns.items() if guess.quantity == STRAIN] if has_motion else []
-    why = "a strain, which is no motion, and a motion stands beside it"
+    why = "a strain, not a motion, and the table also contains a motion"
     return {**columns, **{name: Recognised(role=Role.FOREIGN, unit=STRAIN, evidence=why) for name in strains}}
 
 
@@ -330,9 +330,9 @@ def _mark_time_stamps(table: MeasuredTable, columns: Mapping[str, Recognised]) -
     if any(np.iscomplexobj(one.values) for one in table.columns) or any(
         guess.role is Role.PHASE or guess.part in {ComplexPart.REAL, ComplexPart.IMAGINARY} for guess in others
     ):
-        why = "a time stamp: amplitudes and phases stand beside a frequency"
+        why = "a time stamp: the table has amplitudes and phases over a frequency"
     elif np.nanmedian(steps) * np.nanmedian(hertz) > NYQUIST:
-        why = "a time stamp: its steps are longer than half a period of the frequency beside it"
+        why = "a time stamp: its steps are longer than half a period of the frequency column"
     else:
         return result
     result[time.name] = replace(columns[time.name], role=Role.OTHER, evidence=why)
@@ -348,7 +348,9 @@ def _mark_unknown_responses(table: MeasuredTable, columns: Mapping[str, Recognis
     voltages = [name for name, guess in columns.items() if guess.role is Role.FORCE and guess.quantity == "voltage"]
     # One is the drive; a channel of several that are all called "voltage" is any.
     for name in voltages if len(voltages) > 1 else ():
-        result[name] = replace(columns[name], role=Role.RESPONSE, evidence="nothing but voltages: any may be the drive")
+        result[name] = replace(
+            columns[name], role=Role.RESPONSE, evidence="only voltages: any of them may be the drive"
+        )
     for column in table.columns:
         guess = columns[column.name]
         # A second time is no motion, nor is what may be a time.
@@ -359,7 +361,7 @@ def _mark_unknown_responses(table: MeasuredTable, columns: Mapping[str, Recognis
             and not column.words
             and len(np.unique(column.values)) > len(column.values) / 4
         ):
-            why = "it varies, and nothing else can be the response"
+            why = "it varies, and no other column can be the response"
             result[column.name] = replace(guess, role=Role.RESPONSE, evidence=why)
     return result
 
@@ -404,7 +406,7 @@ def _mark_dead_drives(table: MeasuredTable, columns: Mapping[str, Recognised]) -
     dead = [one.name for one in forces if not np.any(one.values)]
     if len(dead) == len(forces):
         return dict(columns)
-    why = "it is zero in all rows, and another one drives"
+    why = "it is zero in all rows, and another column is the drive"
     return {**columns, **{name: replace(columns[name], role=Role.OTHER, evidence=why) for name in dead}}
 
 
@@ -433,11 +435,11 @@ def _judge_frequency(judged: JudgedTable) -> JudgedTable:
         return _as(judged, Kind.NOT_USED, "it has no response")
     functions = {column.function for column in responses}
     if all(any(word in function for word in SPECTRA) for function in functions):
-        return _as(judged, Kind.NOT_USED, f"{', '.join(sorted(functions))}: without a phase to the force")
+        return _as(judged, Kind.NOT_USED, f"{', '.join(sorted(functions))}: no phase relative to the force")
     if "transmissibility" in functions or any(is_motion_ratio(column.unit) for column in responses):
         return _as(judged, Kind.NOT_USED, TRANSMISSIBILITY)
     if "frequency response" in functions:
-        return _as(judged, Kind.FREQUENCY_RESPONSE, "the file says so")
+        return _as(judged, Kind.FREQUENCY_RESPONSE, "stated in the file")
     words = {word for column in responses for word in name_words(judged.table.short_name(column))}
     ratio = [column for column in responses if find_ratio_quantity(column.unit)]
     if ratio:
@@ -454,7 +456,7 @@ def _judge_frequency(judged: JudgedTable) -> JudgedTable:
         return _as(judged, Kind.FREQUENCY_RESPONSE, f'its file is called "{sorted(of_file)[0]}"')
     if (kind := _of_lines(judged)) is not None:
         return kind
-    return _as(judged, Kind.STEPPED_SINE, "one row per frequency, and no ratio to a force")
+    return _as(judged, Kind.STEPPED_SINE, "one row per frequency, not a ratio to a force")
 
 
 def _keep_ratios(judged: JudgedTable) -> JudgedTable:
@@ -466,7 +468,7 @@ def _keep_ratios(judged: JudgedTable) -> JudgedTable:
     }
     if not any(called.values()):
         return judged
-    why = "complex numbers beside a frequency response, and neither their unit nor their name says that they are one"
+    why = "complex numbers next to a frequency response, and neither unit nor name identifies them as one"
     change = {
         name: replace(judged.columns[name], role=Role.FOREIGN, evidence=why)
         for name, ratio in called.items()
@@ -489,9 +491,9 @@ def _of_lines(judged: JudgedTable) -> JudgedTable | None:
     # What has the unit of a motion, and not of its ratio to a force, is its spectrum.
     of_motion = any(column.unit for column in judged.of_role(Role.RESPONSE))
     if has_phase and not of_motion and not judged.of_role(Role.FORCE) and not words & SPECTRUM_WORDS:
-        return _as(judged, Kind.FREQUENCY_RESPONSE, f"{lines}, and it has phases and no force")
-    why = f"{lines}: these are spectra, and no frequency responses"
-    return _as(judged, Kind.NOT_USED, f"{why}; export the ratio of response and force, and call it H")
+        return _as(judged, Kind.FREQUENCY_RESPONSE, f"{lines}, with phases and without a force")
+    why = f"{lines}: these are spectra, not frequency responses"
+    return _as(judged, Kind.NOT_USED, f"{why}; export the ratio of response and force, and name it H")
 
 
 def _is_cycled(judged: JudgedTable) -> bool:
@@ -521,8 +523,8 @@ def _find_imposed_displacement(judged: JudgedTable, mask: np.ndarray) -> str:
     if of_force < DISTORTED or of_force < 2 * of_motion or not turns_with(moved, answer):
         return ""
     return (
-        f"the force is less harmonic ({100 * of_force:.1f} % beside its first line) than the displacement, and turns "
-        "where it does"
+        f"the force is less harmonic ({100 * of_force:.1f} % outside its fundamental) than the displacement, and "
+        "reverses with it"
     )
 
 
@@ -539,8 +541,8 @@ def _find_unsteady_cycles(judged: JudgedTable, mask: np.ndarray) -> str:
     if find_strongest_line(moved)[1] < IN_LINES or of_force < max(DISTORTED, MUCH_LESS_HARMONIC * of_motion):
         return ""
     return (
-        f"a displacement goes to and fro, and {100 * of_force:.1f} % of the force are beside its first line, of the "
-        f"displacement {100 * of_motion:.1g} %"
+        f"the displacement is cyclic, with {100 * of_motion:.1g} % outside its fundamental; of the force it is "
+        f"{100 * of_force:.1f} %"
     )
 
 
@@ -560,7 +562,7 @@ def _judge_time(judged: JudgedTable) -> JudgedTable:
     """Kind of histories, from those of the first series."""
     samples = len(judged.table.columns[0].values)
     if samples < WINDOWS:
-        return _as(judged, Kind.NOT_USED, f"it has {samples} rows, and a history needs {WINDOWS} or more")
+        return _as(judged, Kind.NOT_USED, f"it has {samples} rows, but a time history needs {WINDOWS} or more")
     mask = judged.mask(judged.rows()[0])
     quantities = {judged.columns[column.name].quantity for column in judged.of_role(Role.RESPONSE)}
     forces = judged.of_role(Role.FORCE)

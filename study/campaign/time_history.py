@@ -76,7 +76,7 @@ def judge_history(values: Samples) -> Judged:
     spread = float(np.ptp(second) / max(float(second.mean()), 1e-300))
     if spread < STEADY and share > IN_LINES:
         evidence = (
-            f"constant within {100 * spread:.1f} %, {100 * share:.0f} % of its power in one line and its multiples"
+            f"constant within {100 * spread:.1f} %, {100 * share:.0f} % of its power in one frequency and its multiples"
         )
         return Judged(kind="steady state", evidence=evidence, frequency=frequency)
     evidence = f"neither decaying nor steady: {100 * share:.0f} % of its power is periodic"

@@ -57,7 +57,7 @@ def test_phases_of_curves_that_contradict_each_other_do_not_tell_the_sign_of_tim
         write_csv(tmp_path / f"{name}.csv", "f [Hz],x re [m],x im [m]", FREQUENCY, x.real, x.imag)
     told = draft_campaign(read_folder(tmp_path), Assumptions()).single["convention"]["time"]
     assert told.value == "exp(+i omega t)"
-    assert "falls over the resonance in 2 curves and rises in 1, of 3" in told.assumed
+    assert "decreases through the resonance in 2 of 3 curves and increases in 1" in told.assumed
 
 
 def test_each_sensor_and_the_first_harmonic_of_a_long_table_have_phases_of_their_own(tmp_path: Path) -> None:
@@ -102,8 +102,8 @@ def test_phases_beside_a_force_without_one_are_assumed_to_count_from_it(tmp_path
     write_csv(tmp_path / "sine.csv", header, *columns)
     campaign, manifest = drafted(tmp_path)
     assert manifest["run"][0]["columns"]["force"] == {"amplitude": "force [N]"}
-    assert any("taken to count from it" in item for item in campaign.draft.assumptions()) is phased
-    assert ("taken to count from it" in campaign.path.read_text()) is phased
+    assert any("taken as relative to it" in item for item in campaign.draft.assumptions()) is phased
+    assert ("taken as relative to it" in campaign.path.read_text()) is phased
 
 
 def test_a_phase_of_no_column_is_reported(tmp_path: Path) -> None:
@@ -111,7 +111,7 @@ def test_a_phase_of_no_column_is_reported(tmp_path: Path) -> None:
     header = "freq [Hz],F [N],x [m],phi_x [deg],phi_ref [deg]"
     write_csv(tmp_path / "sine.csv", header, FREQUENCY, ONES, np.abs(x), np.degrees(np.angle(x)), 30 * ONES)
     campaign, _ = drafted(tmp_path)
-    assert any('"phi_ref [deg]" is of no column' in sentence for sentence in campaign.draft.left_out)
+    assert any('phase "phi_ref [deg]" matches no column' in sentence for sentence in campaign.draft.left_out)
 
 
 @pytest.mark.parametrize("kind", ["stepped sine", "steady state"])

@@ -115,7 +115,7 @@ def test_repeats_are_numbered_as_their_files_where_these_number_repeats(
 
 @pytest.mark.parametrize(
     ("files", "order", "said"),
-    [(2, False, "that of the names of their files"), (1, False, ""), (2, True, "")],
+    [(2, False, "that of their file names"), (1, False, ""), (2, True, "")],
     ids=["two", "one", "stated"],
 )
 def test_the_order_of_runs_is_assumed_in_print_and_in_the_file(
@@ -284,13 +284,13 @@ def test_a_force_that_is_not_the_one_in_the_name_of_its_file_is_suspected(tmp_pa
         ((0.354, 2.12, 7.07), ["each of 3 runs", "is the force rms and the level in the name peak"]),
         (
             (0.5, 10.0, 3.0),
-            ['named "10N": are the names of levels exchanged', 'named "3N": are the names of levels exchanged'],
+            ['named "10N": are the names of levels interchanged', 'named "3N": are the names of levels interchanged'],
         ),
         ((0.5, 3.0, 8.0), ["sweep_10N.csv", "8 N: did the drive clip"]),
         ((0.5, 3.0, 3.0), ["sweep_10N.csv", "3 N: did the drive clip"]),
         ((0.5, 3.0, 10.0), []),
         ((0.4, 2.4, 8.0), ["0.4 N: did the drive clip", "2.4 N: did the drive clip", "8 N: did the drive clip"]),
-        ((0.15, 0.9, 3.0), ["0.3 times the level in its name", "is the sensitivity of the force right"]),
+        ((0.15, 0.9, 3.0), ["0.3 times the level in its name", "is the sensitivity of the force sensor correct"]),
     ],
 )
 def test_forces_of_runs_tell_what_is_wrong_with_the_levels_in_their_names(

@@ -246,7 +246,7 @@ def test_amplitudes_in_decibels_are_drafted_with_their_unit(tmp_path: Path) -> N
     text = (tmp_path / "campaign.toml").read_text()
     manifest = tomllib.loads(text)
     assert manifest["sensor"][0]["quantity"] == "acceleration"
-    assert "is taken for 20 lg of an amplitude" in text
+    assert "is taken as 20 log10 of an amplitude" in text
     (response,) = read_campaign(tmp_path).data
     np.testing.assert_allclose(np.abs(response.value[0]), abs(h), rtol=1e-5)
 

@@ -38,7 +38,7 @@ def test_other_words_of_names_are_other_tests(tmp_path: Path, first: str, second
     assert len(manifest["test"]) == 2
     assert [run["level"] for run in manifest["run"]] == [1.0, 3.0, 1.0, 3.0]
     assert not any("repeat" in run for run in manifest["run"])
-    assert any("only words in the names" in sentence for sentence in campaign.suspicions)
+    assert any("only by words in the names" in sentence for sentence in campaign.suspicions)
 
 
 def test_a_quantity_in_the_names_of_columns_that_is_no_level_tells_tests(tmp_path: Path) -> None:
@@ -47,7 +47,7 @@ def test_a_quantity_in_the_names_of_columns_that_is_no_level_tells_tests(tmp_pat
     write_csv(tmp_path / "tip.csv", header, FREQUENCY, 1 + 0 * FREQUENCY, size, 1 + 0 * FREQUENCY, size)
     campaign, manifest = drafted(tmp_path)
     assert [run["test"] for run in manifest["run"]] == ["1000rpm", "2000rpm"]
-    assert any("only words in the names" in sentence for sentence in campaign.suspicions)
+    assert any("only by words in the names" in sentence for sentence in campaign.suspicions)
 
 
 @pytest.mark.parametrize(
