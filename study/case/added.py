@@ -80,7 +80,7 @@ def find_effect(result: Catalogue, name: str) -> Effect:
             return item
     for left in result.untestable:
         if left.name.casefold() == wanted:
-            raise EffectError(f'the effect "{left.name}" cannot act here: {left.reason}')
+            raise EffectError(f'the effect "{left.name}" cannot act in this case: {left.reason}')
     near = _name_nearest(wanted, result.names)
     remedy = f"did you mean {near}?" if near else _name_effects(result.names)
     raise EffectError(f'there is no effect "{name}"; {remedy}')
@@ -93,7 +93,7 @@ def _fold(name: str) -> str:
 def _name_effects(names: Sequence[str]) -> str:
     if len(names) <= LISTED:
         return f"there are {', '.join(names) or 'none'}"
-    return f"there are {len(names)}, such as {', '.join(names[:LISTED])}: a diagnosis lists them all"
+    return f"there are {len(names)}, such as {', '.join(names[:LISTED])}; a diagnosis lists all of them"
 
 
 def read_added_effects(
@@ -201,12 +201,12 @@ def _read_values(
     for key in given:
         if key not in keys:
             hint = did_you_mean(key, list(keys)) or f"; it has {', '.join(keys)}"
-            raise EffectError(f'"{key}" is no parameter of "{effect.name}"{hint}')
+            raise EffectError(f'"{key}" is not a parameter of "{effect.name}"{hint}')
     for key, parameter in keys.items():
         if key not in given:
             example = format_parameter(parameter.typical, parameter, 3)
             text = example if parameter.unit == "-" else f'"{example}"'
-            raise EffectError(f'"{effect.name}" lacks its value: add {key} = {text}')
+            raise EffectError(f'"{effect.name}" has no value: add {key} = {text}')
     values, source = [], case.source
     for key, parameter in keys.items():
         try:

@@ -115,6 +115,7 @@ class LineTable(CaseModel):
             for name in ("normal_stiffness", "tangential_stiffness", "preload"):
                 if len(getattr(self, name)) > 1:
                     raise ValueError(
-                        f"{name} has a value for each contact, and shares too: give one of the line, or none"
+                        f"{name} has a value for each contact, but shares are given too: give one value for the "
+                        "line, or remove shares"
                     )
         return self

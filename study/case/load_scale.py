@@ -33,5 +33,5 @@ def find_scale_warning(loads: Sequence[LoadTable], drive: Drive) -> str | None:
     unit = drive.unit
     return (
         f"[[load]] has an amplitude of {amplitude:g} {unit}, and the levels of the campaign are in {unit}: the model "
-        f"is driven by {amplitude:g} times what was measured; give {ONE[drive.quantity]}"
+        f"would be driven by {amplitude:g} times the measured level; give {ONE[drive.quantity]}"
     )

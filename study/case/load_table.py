@@ -33,14 +33,16 @@ class LoadTable(PlaceTable):
     def _one_amplitude(self) -> Self:
         given = [name for name in BASE_QUANTITIES if getattr(self, name) is not None]
         if self.base is None and given:
-            raise ValueError(f'{given[0]} is that of a base: add base, e.g. base = "z", or give the force\'s amplitude')
+            raise ValueError(
+                f'{given[0]} is the motion of a base: add base, e.g. base = "z", or give amplitude for a force'
+            )
         if self.base is not None and "amplitude" in self.model_fields_set:
             raise ValueError(
-                'amplitude is that of a force: say how much base moves by one of acceleration, e.g. "2 m/s^2", '
-                "velocity and displacement"
+                'amplitude is that of a force: give the motion of the base as acceleration, e.g. "2 m/s^2", velocity '
+                "or displacement"
             )
         if len(given) > 1:
-            raise ValueError(f"{given[0]} and {given[1]} both say how much base moves: leave one of them out")
+            raise ValueError(f"{given[0]} and {given[1]} both give the motion of the base: remove one of them")
         return self
 
     @property

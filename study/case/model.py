@@ -112,13 +112,13 @@ def _check_names(case: Case[StructureTable], structure: Structure, mistakes: Mis
         "joint": [joint.name for joint in structure.joints],
     }
     for tables in (("place",), ("line", "dead_weight"), ("sensor",), ("joint",)):
-        taken = {name: f"the structure's own {table}" for table in tables for name in own[table]}
+        taken = {name: f"{table} of the structure" for table in tables for name in own[table]}
         for table in tables:
             for number, entry in enumerate(getattr(case, table)):
                 if entry.name in taken:
                     with mistakes.at(table, number):
                         raise ModelDefinitionError(
-                            f'name = "{entry.name}" is taken by {taken[entry.name]}: give each its own'
+                            f'name = "{entry.name}" is already used by {taken[entry.name]}: give each a different name'
                         )
                 taken[entry.name] = f"{table}[{number}]"
 
@@ -139,7 +139,7 @@ def _make_contacts(line: LineTable, finder: PlaceFinder) -> list[FrictionContact
     n = len(normals)
     for name, rows in zip(("tangent", "second_tangent"), tangents, strict=False):
         if len(rows) != n:
-            raise ModelDefinitionError(f"{name} has {len(rows)} rows, normal {n}: a contact needs one of each")
+            raise ModelDefinitionError(f"{name} has {len(rows)} rows, normal {n}: a contact needs one row of each")
     if line.shares is not None and len(line.shares) != n:
         raise ModelDefinitionError(f"shares has {len(line.shares)} numbers for {n} contacts: give one for each")
     share = np.ones(n) if line.shares is None else np.array(line.shares) / sum(line.shares)
@@ -187,10 +187,10 @@ def _make_loads(
     for number, load in enumerate(case.load):
         with mistakes.at("load", number):
             if load.harmonic > highest:
-                loses = "keeps the mean alone and loses" if highest == 0 else "loses"
+                loses = "keeps only the mean and drops" if highest == 0 else "drops"
                 raise JointError(
                     f"harmonic = {load.harmonic}: harmonics.highest = {highest} {loses} this load; take at least "
-                    f"{load.harmonic}; 5 or more show what friction does"
+                    f"{load.harmonic}; friction needs 5 or more"
                 )
             if load.base is not None:
                 continue
@@ -201,7 +201,9 @@ def _make_loads(
 def _refuse_no_load(case: Case[StructureTable], harmonic: NDArray[np.complex128], mistakes: Mistakes) -> None:
     if case.load and not mistakes.problems and not harmonic.any():
         with mistakes.at("load", 0):
-            raise JointError("amplitude: all harmonic loads cancel or are zero, so that nothing vibrates: give one")
+            raise JointError(
+                "amplitude: all harmonic loads cancel or are zero, so nothing vibrates: give a nonzero load"
+            )
 
 
 def _make_base(
@@ -229,8 +231,8 @@ def _make_base(
     if len(powers) > 1:
         with mistakes.at("load", tables[0][0]):
             raise JointError(
-                "the ratio of the loads would change with frequency: beside a force, or the acceleration of another "
-                "base, give the acceleration of every base"
+                "the ratio of the loads would change with frequency: together with a force, or with the acceleration "
+                "of another base, give the acceleration of every base"
             )
     return (force, acceleration), max(powers)
 
@@ -261,9 +263,9 @@ def find_base_motion(structure: Structure, base: str | tuple[float, ...]) -> Bas
     if unknown:
         raise JointError(
             f'base = "{base}": the inertia load of a base needs the mass of every degree of freedom along an axis, '
-            'which this structure has not kept: describe it as a part, a blade or kind = "matrices" with a table of '
-            "degrees of freedom; or, for matrices that you have reduced by x = T q, give base as the list "
-            "M_r^-1 T^T M r, with the motion r of all degrees of freedom with the base"
+            'which this structure does not contain: describe it as a part, a blade or kind = "matrices" with a table '
+            "of degrees of freedom; or, for matrices that you have reduced by x = T q, give base as the list M_r^-1 "
+            "T^T M r, with the motion r of all degrees of freedom with the base"
         )
     row = np.array([float(dof.direction == base) for dof in structure.dofs])
     if not row.any():
@@ -299,7 +301,7 @@ def _make_sensors(
 def _make_load_cell(table: LoadCellTable, structure: Structure) -> LoadCell:
     if table.cell not in structure.load_cells:
         raise ModelDefinitionError(
-            f'cell = "{table.cell}" is no load cell of the structure: it has '
+            f'cell = "{table.cell}" is not a load cell of the structure: it has '
             f"{', '.join(structure.load_cells) or 'none'}"
         )
     return replace(structure.load_cells[table.cell], name=table.name, gain=table.gain)
@@ -307,7 +309,7 @@ def _make_load_cell(table: LoadCellTable, structure: Structure) -> LoadCell:
 
 def _make_line_sensor(table: LineSensorTable, lines: dict[str, tuple[str, ...]]) -> LineSensor:
     if table.line not in lines:
-        raise ModelDefinitionError(f'line = "{table.line}" is none of the case: there are {", ".join(lines) or "none"}')
+        raise ModelDefinitionError(f'line = "{table.line}" is not in the case: there are {", ".join(lines) or "none"}')
     return LineSensor(name=table.name, line=table.line, component=table.component, gain=table.gain)
 
 
@@ -324,7 +326,7 @@ def _make_dead_weights(
             for line in table.presses:
                 if line not in lines:
                     raise ModelDefinitionError(
-                        f'presses: "{line}" is no line of the case: there are {", ".join(lines) or "none"}'
+                        f'presses: "{line}" is not a line of the case: there are {", ".join(lines) or "none"}'
                     )
             result[table.name] = DeadWeight(row=table.force * finder.row(table), lines=table.presses)
     return result
@@ -389,7 +391,9 @@ def make_joints(case: Case[StructureTable], number: int, finder: PlaceFinder) ->
     counts = {len(item) for item in rows.values()}
     if len(counts) > 1:
         listed = ", ".join(f"{label} {len(item)}" for label, item in rows.items())
-        raise JointError(f"its places have different numbers of stations ({listed}): a contact needs one of each")
+        raise JointError(
+            f"its places have different numbers of stations ({listed}): a contact needs one station of each"
+        )
     keys = [*(item.name for item in law.parameters), *(item.name for item in law.options)]
     values = {key: getattr(table, key) for key in keys}
     count = counts.pop()

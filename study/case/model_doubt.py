@@ -31,10 +31,10 @@ MOST_DOFS = 1500
 UNITS = {1.0: "m", 1e-3: "mm", 1e-6: "um", 0.0254: "inch"}
 #: Slips of units, and by how much the true frequencies are higher [-].
 SLIPS = (
-    (1e9**0.5, "a density in kg/m^3 that was taken for kg/mm^3"),
+    (1e9**0.5, "a density in kg/m^3 that was read as kg/mm^3"),
     (1e12**0.5, "a density in kg/m^3 in a model in mm, tonne, s"),
-    (1e3**0.5, "stiffness in N/mm beside a mass in kg"),
-    (1e-3**0.5, "a mass in tonne beside a stiffness in N/m"),
+    (1e3**0.5, "stiffness in N/mm with mass in kg"),
+    (1e-3**0.5, "mass in tonne with stiffness in N/m"),
     (1e-12**0.5, "a density in tonne/mm^3 in a model in m, kg, s"),
 )
 
@@ -88,8 +88,8 @@ def doubt_sweep(natural: Float[NDArray[np.float64], " mode"], first: float, last
     if not len(natural) or high >= QUASI_STATIC * natural[0]:
         return ""
     return (
-        f"{low:.4g} to {high:.4g} Hz lie far below the first natural frequency, {natural[0]:.4g} Hz, so that nothing "
-        "resonates: check the unit of the frequencies, and those of the structure"
+        f"{low:.4g} to {high:.4g} Hz lie far below the first natural frequency, {natural[0]:.4g} Hz: there is no "
+        "resonance in this range; check the unit of the frequencies and those of the structure"
     )
 
 
@@ -139,7 +139,7 @@ def warn_of_linear_cells(mesh: Mesh, file: str) -> None:
     """Warn of hexahedra whose edges stay straight, which make a slender body tens of per cent too stiff."""
     if HEX8.cell_type in mesh.cells:
         warnings.warn(
-            f"{file} has hexahedra of 8 nodes, which are too stiff in bending: prefer those of 20 nodes",
+            f"{file} has hexahedra of 8 nodes, which are too stiff in bending: use hexahedra of 20 nodes",
             InputWarning,
             stacklevel=2,
         )
@@ -149,8 +149,8 @@ def warn_of_seams(mesh: Mesh, file: str) -> None:
     """Warn of nodes that lie on each other and are not one: bodies, or volumes of a body, that were not joined."""
     if pairs := len(find_coincident_nodes(mesh)):
         warnings.warn(
-            f"{file} has {pairs} pairs of nodes at one place, where nothing joins the mesh: merge them in your mesher, "
-            'unless two bodies touch there (docs/own_part.md, "Two bodies that touch")',
+            f"{file} has {pairs} pairs of coincident nodes that are not connected: merge them in your mesher, unless "
+            'two bodies touch there (docs/own_part.md, "Two bodies that touch")',
             InputWarning,
             stacklevel=2,
         )

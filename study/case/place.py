@@ -71,15 +71,15 @@ class PlaceTable(CaseModel):
     def _one_way(self) -> Self:
         ways = [name for name in (*WAYS, *self.also) if getattr(self, name) is not None]
         if len(ways) != 1:
-            reason = f"{' and '.join(ways)} are given" if ways else "says nowhere where"
+            reason = f"{' and '.join(ways)} are given" if ways else "no position is given"
             raise ValueError(f"{reason}: give one of {', '.join((*WAYS, *self.also))}")
         (way,) = ways
         for key in ("other", "other_at", "station", "body", "direction"):
             if getattr(self, key) is not None and key not in COMPANIONS.get(way, set()):
                 goes = " or ".join(item for item in WAYS if key in COMPANIONS[item])
-                raise ValueError(f"{key} = {getattr(self, key)} goes with {goes}, not with {way}: remove one of them")
+                raise ValueError(f"{key} = {getattr(self, key)} belongs to {goes}, not to {way}: remove one of them")
         if self.node is not None and not isinstance(self.direction, str):
-            raise ValueError(f'node = {self.node} needs one of its directions, e.g. direction = "z"')
+            raise ValueError(f'node = {self.node} needs a direction, e.g. direction = "z"')
         if self.at is not None:
             self._check_direction()
         if self.weights is not None and not any(self.weights.values()):
@@ -90,9 +90,9 @@ class PlaceTable(CaseModel):
         if self.direction is None:
             raise ValueError(f'at = "{self.at}" needs a direction, e.g. direction = "x" or [0.6, 0.0, 0.8]')
         if isinstance(self.direction, str) and self.direction not in AXES:
-            raise ValueError(f'direction = "{self.direction}" goes with node alone: give "x", "y", "z" or a vector')
+            raise ValueError(f'direction = "{self.direction}" is only for a node: give "x", "y", "z" or a vector')
         if isinstance(self.direction, tuple) and not any(self.direction):
-            raise ValueError("direction = [0, 0, 0] points nowhere: give three components, e.g. [0.6, 0.0, 0.8]")
+            raise ValueError("direction = [0, 0, 0] is not a direction: give three components, e.g. [0.6, 0.0, 0.8]")
 
 
 def listed(value: Any) -> Any:
@@ -145,7 +145,7 @@ class PlaceFinder:
         if place.place is not None:
             if place.place not in self.places:
                 raise ModelDefinitionError(
-                    f'place = "{place.place}" is none of the case{_describe_known(place.place, [*self.places])}'
+                    f'place = "{place.place}" is not in the case{_describe_known(place.place, [*self.places])}'
                 )
             return [self.places[place.place]]
         return self._at_stations(place)
@@ -172,7 +172,7 @@ class PlaceFinder:
             if len(against) != len(result):
                 raise JointError(
                     f'at = "{place.at}" has {len(result)} stations but other_at = "{place.other_at}" {len(against)}: '
-                    "name two sets that face each other, station by station"
+                    "name two sets with the same number of stations, facing each other"
                 )
             order = self._partners(rom, place, len(result))
             result = [row - against[other] for row, other in zip(result, order, strict=True)]
@@ -217,14 +217,14 @@ class PlaceFinder:
             there = f"nodes {nodes[0]} to {nodes[-1]}" if nodes else "none"
             bodies = ", ".join(sorted({f'"{dof.body}"' for dof in self.dofs if dof.direction != "modal"}))
             raise ModelDefinitionError(
-                f"{where} is no node of the structure: it has {there}; bodies: {bodies or 'none'}"
+                f"{where} is not a node of the structure: it has {there}; bodies: {bodies or 'none'}"
             )
         if not result:
             has = ", ".join(dof.direction for _, dof in same)
             raise ModelDefinitionError(f'direction = "{place.direction}" does not exist at {where}: it has {has}')
         if len(result) > 1:
             raise ModelDefinitionError(
-                f"{where} stands for degrees of freedom {result[0]} and {result[1]}: give the body, too"
+                f"{where} stands for degrees of freedom {result[0]} and {result[1]}: give the body as well"
             )
         row = np.zeros(self.matrices.n_dof)
         row[result[0]] = 1.0
@@ -259,7 +259,7 @@ def _make_station_rows(place: PlaceTable, rom: ReducedModel, name: str) -> list[
     columns = [rom.rows(name, axis) for axis in axes]
     if len({len(column) for column in columns}) != 1:
         raise JointError(
-            f'boundary set "{name}" keeps its directions at {" and ".join(str(len(column)) for column in columns)} '
+            f'boundary set "{name}" has its directions at {" and ".join(str(len(column)) for column in columns)} '
             "nodes: give a direction along one axis"
         )
     return [

@@ -162,7 +162,7 @@ def require_loads(read: ReadCase) -> ReadCase:
     """
     if not read.model.system.dynamic.any():
         raise read.opened.lacks(
-            "load", "table [[load]] is missing, so that nothing vibrates: add one, with dof = 0 or a place"
+            "load", "table [[load]] is missing, so nothing vibrates: add one, with dof = 0 or a place"
         )
     return read
 
@@ -193,7 +193,9 @@ def _make_setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: Ru
     for name in case.calibrated.given:
         with mistakes.at("calibrated"):
             if name not in {item.name for item in known}:
-                raise ModelDefinitionError(f"{name} is calibrated, but is not a calibration parameter here: remove it")
+                raise ModelDefinitionError(
+                    f"{name} is in [calibrated], but is not a calibration parameter of this case: remove it"
+                )
     mistakes.raise_if_any()
     error = case.numerical_error
     setup = Setup(
@@ -238,7 +240,7 @@ def _list_parameters(
 
 def _read_refined(file: Path, own: Path, model: Model, run: RunContext) -> Model:
     if file.resolve() == own.resolve():
-        raise ModelDefinitionError(f'refined: "{file}" is this case itself: name one with a finer mesh, or remove it')
+        raise ModelDefinitionError(f'refined: "{file}" is this case: name one with a finer mesh, or remove it')
     if not file.is_file():
         raise ModelDefinitionError(f'refined: there is no file "{file}": check its name and folder')
     opened = open_case(file)
@@ -250,6 +252,6 @@ def _read_refined(file: Path, own: Path, model: Model, run: RunContext) -> Model
         lacks = [name for name in names if name not in others]
         if lacks:
             raise ModelDefinitionError(
-                f'refined: "{file}" has no {what} "{lacks[0]}", where an effect may act: name it there'
+                f'refined: "{file}" has no {what} "{lacks[0]}", where an effect may act: add it there'
             )
     return finer

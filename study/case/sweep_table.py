@@ -23,7 +23,9 @@ PARAMETERS = ("frequency", "level")
 
 def _in_range(level: float) -> float:
     if not LEAST_LEVEL <= level <= MOST_LEVEL:
-        raise ValueError(f"must lie between {LEAST_LEVEL:g} and {MOST_LEVEL:g}: it scales the loads, so change those")
+        raise ValueError(
+            f"must lie between {LEAST_LEVEL:g} and {MOST_LEVEL:g}: it scales the loads, so change the loads instead"
+        )
     return level
 
 
@@ -110,7 +112,7 @@ class ControlledSweepTable(CaseModel):
     def _no_levels(cls, data: Any) -> Any:
         of_levels = [name for name in FrequencySweepTable.model_fields if name not in cls.model_fields]
         if given := [name for name in of_levels if isinstance(data, Mapping) and name in data]:
-            raise ValueError(f"{given[0]} is for curves at given levels: leave it out, or control and amplitudes")
+            raise ValueError(f"{given[0]} is for curves at given levels: remove it, or remove control and amplitudes")
         return data
 
     @model_validator(mode="after")
@@ -142,12 +144,13 @@ def _check_ends(first: float, last: float, step: float | None, unit: str) -> Non
     if step is not None and abs(last - first) > MOST_POINTS * step:
         raise ValueError(
             f"step = {step:g}{unit} gives a curve more than {MOST_POINTS} points: give one of at least "
-            f"{abs(last - first) / MOST_POINTS:.2g}{unit}, or leave step out"
+            f"{abs(last - first) / MOST_POINTS:.2g}{unit}, or remove step"
         )
 
 
 def _check_branches(stability: bool, branches: bool) -> None:
     if branches and not stability:
         raise ValueError(
-            "branches = true follows curves from branch points, which stability finds: give stability = true"
+            "branches = true follows curves from branch points, which are found by the stability analysis: give "
+            "stability = true"
         )

@@ -57,7 +57,7 @@ class HarmonicsTable(CaseModel):
         if self.samples is not None and self.samples < fewest:
             raise ValueError(
                 f"samples = {self.samples} are too few for harmonics 0 to {self.highest}: take at least {fewest}, "
-                f"better {max(FEWEST_SAMPLES, SAMPLES_PER_HARMONIC * self.highest)}, or leave samples out"
+                f"better {max(FEWEST_SAMPLES, SAMPLES_PER_HARMONIC * self.highest)}, or remove samples"
             )
         return self
 
@@ -79,9 +79,9 @@ class ParameterTable(CaseModel):
         for name, value in data.items() if isinstance(data, Mapping) else ():
             if isinstance(value, Mapping):
                 key = f"{name}.{next(iter(value), 'key')}"
-                raise ValueError(f'{name} is a table here: write a key in quotes, such as "{key}"')
+                raise ValueError(f'{name} is read as a table: write the key in quotes, such as "{key}"')
             if name not in known and "." not in name:
-                hint = did_you_mean(name, known) or f"; known here: {', '.join(known)}"
+                hint = did_you_mean(name, known) or f"; known keys: {', '.join(known)}"
                 example = f'"{name}.limit_force"'
                 raise ValueError(
                     f"unknown key {name}{hint}, or a number of one line, joint or part in quotes, such as {example}"

@@ -64,10 +64,12 @@ def require_trust(files: Sequence[Path], case: Path) -> None:
     if not foreign:
         return
     listed = ", ".join(str(file) for file in foreign)
-    if not (_TRUSTS.get() or _agrees(f"{case} runs Python code that is not your own: {listed}. Run it? [y/N] ")):
+    if not (
+        _TRUSTS.get() or _agrees(f"{case} runs Python code that belongs to another user: {listed}. Run it? [y/N] ")
+    ):
         raise UntrustedCode(
-            f"{case} names Python code that belongs to somebody else or that others may change ({listed}): read it, "
-            "and then add --trust, or trust_code() of study.case.trust in Python"
+            f"{case} runs Python code that belongs to another user or that others may change ({listed}): read it, "
+            "then add --trust, or call trust_code() of study.case.trust in Python"
         )
     with suppress(OSError):  # then it is asked again
         default_folder().mkdir(parents=True, exist_ok=True)

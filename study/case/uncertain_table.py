@@ -68,12 +68,12 @@ class UncertainTable(CaseModel):
         what = f"a {self.distribution} distribution"
         for key in given:
             if key not in GIVEN_BY[self.distribution]:
-                raise ValueError(f"{key} has no meaning for {what}: remove it, or take a uniform one")
+                raise ValueError(f"{key} is not used for {what}: remove it, or take a uniform one")
         bounds = [key for key in given if key in {"from", "to"}]
         if bounds and len(given) > len(bounds):
             raise ValueError(f"{what} is given by from and to or by mean and sd: remove {bounds[0]} or the others")
         if len(bounds) == 1:
-            raise ValueError(f"{what} lacks its other bound: add {'to' if bounds == ['from'] else 'from'}")
+            raise ValueError(f"{what} has only one bound: add {'to' if bounds == ['from'] else 'from'}")
         if not bounds:
             self._check_moments(what)
         self._check_numbers(what)
@@ -84,11 +84,11 @@ class UncertainTable(CaseModel):
             bounds = ", or from and to" if self.distribution == "uniform" else ""
             raise ValueError(f'{what} needs a mean: add mean, e.g. mean = 1 or mean = "20 N"{bounds}')
         if (self.sd is None) == (self.relative_sd is None):
-            raise ValueError(f"{what} needs a standard deviation: give one of sd, in the unit of mean, and relative_sd")
+            raise ValueError(f"{what} needs a standard deviation: give either sd, in the unit of mean, or relative_sd")
         if self.relative_sd is not None and self.mean.number == 0:
             raise ValueError("relative_sd of a mean of 0 is 0: give sd instead")
         if self.distribution == "lognormal" and not self.mean.number > 0:
-            raise ValueError(f"mean = {self.mean.number:g}: {what} has positive values only: take a normal one")
+            raise ValueError(f"mean = {self.mean.number:g}: {what} has only positive values: take a normal one")
 
     def _check_numbers(self, what: str) -> None:
         made = self.make()

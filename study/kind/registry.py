@@ -170,7 +170,10 @@ def _refuse_kind(path: Path, kind: CaseKind, keys: set[str]) -> None:
         source = load_case(path, _AnyCase).source
         assert source is not None
         belong = "belongs" if len(foreign) == 1 else "belong"
-        text = f"{', '.join(foreign)} {belong} to kind = {' or '.join(others)}: write that, or describe {kind.summary}"
+        text = (
+            f"{', '.join(foreign)} {belong} to kind = {' or '.join(others)}: give that kind, or the keys of "
+            f"{kind.summary}"
+        )
         raise CaseError([source.problem(("structure", "kind"), text)])
 
 

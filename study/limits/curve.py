@@ -29,8 +29,8 @@ END = {
 #: Share of the way from which on it tells the time left: the first tasks also read what is compiled.
 WORTH_REPORTING = 0.1
 KILLED = (
-    "a process of the search for limits was killed, most often for lack of memory: close other programs, or take fewer "
-    "samples; what was finished is stored, and the same command goes on from there"
+    "a process of the search for limits was killed, most often for lack of memory: close other programs, or take "
+    "fewer samples; finished tasks are stored, and the same command continues from there"
 )
 
 

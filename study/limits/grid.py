@@ -30,13 +30,13 @@ class NarrowResonance:
         fit = self.width / 4
         remedy = f"take a step of {fit:.2g} Hz"
         if listed:
-            remedy = f"give more of them there, {fit:.2g} Hz apart"
+            remedy = f"give more frequencies there, {fit:.2g} Hz apart"
         elif self.band / fit > MOST_POINTS:
             remedy = f"search a narrow band there with a step of {fit:.2g} Hz"
         return (
             f"the limits' frequencies are {self.step:.3g} Hz apart at {self.frequency:.5g} Hz, where the resonance "
-            f"with all contacts stuck that are closed at rest is {self.width:.3g} Hz wide at half its power: limits "
-            f"hold at these frequencies alone and may pass by its top; {remedy}"
+            f"with all contacts stuck that are closed at rest is {self.width:.3g} Hz wide at half power: limits hold "
+            f"only at these frequencies and may miss the peak; {remedy}"
         )
 
 

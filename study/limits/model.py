@@ -125,14 +125,14 @@ def make_limit_search(
     if model.level_power:
         with located(case, "load", 0):
             raise BalanceError(
-                "the response limits are searched for at levels that hold the acceleration of a base: give its "
-                "acceleration in place of its velocity or displacement"
+                "the response limits are searched for at levels of base acceleration: give the acceleration of the "
+                "base instead of its velocity or displacement"
             )
     with located(case, "limits"):
         if table.objective == EVERYTHING:
             raise BalanceError(
-                'objective = "all" is for `stickslip limits`, `sweep` and `spread`; here one quantity is bounded: take '
-                '"amplitude", "static force" or "dynamic force"'
+                'objective = "all" is for `stickslip limits`, `sweep` and `spread`; this command bounds one '
+                'quantity: take "amplitude", "static force" or "dynamic force"'
             )
         output = choose_bounded_output(table, model.outputs)
         search = LimitSearch(
@@ -173,7 +173,7 @@ def list_limit_points(case: CaseModel, table: LimitsTable, sweep: Sweep) -> tupl
 
 def _make_case_error(error: BalanceError) -> BalanceError:
     """The system speaks of numbers; the case of its tables."""
-    return BalanceError(f"the response limits cannot be searched for: {error}")
+    return BalanceError(f"the response limits cannot be computed: {error}")
 
 
 def choose_bounded_output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor | None:
@@ -252,7 +252,7 @@ def _choose_frequencies(table: LimitsTable, sweep: Sweep) -> Sequence[float]:
         return sorted(sweep.frequencies)
     if first is None or last is None:
         missing = "from" if first is None else "to"
-        why = "there is no [sweep] to take it from" if sweep is None else "[sweep] goes over the level"
+        why = "there is no [sweep] to take it from" if sweep is None else "[sweep] varies the level"
         raise BalanceError(f"{missing} is missing, and {why}: give from and to, or frequencies")
     low, high = sorted((first, last))
     if low == high:
@@ -271,7 +271,7 @@ def _choose_levels(table: LimitsTable, sweep: Sweep) -> tuple[float, ...]:
         return tuple(sorted(sweep.levels))
     if sweep is None:
         return (1.0,)
-    why = "holds an amplitude" if isinstance(sweep, ControlledSweepTable) else "goes over the level"
+    why = "holds an amplitude" if isinstance(sweep, ControlledSweepTable) else "varies the level"
     raise BalanceError(f"levels are missing, and [sweep] {why}: give a list, such as levels = [1, 3, 5]")
 
 
@@ -288,8 +288,7 @@ def _choose_nominal(table: LimitsTable, sweep: Sweep, model: SolveModel) -> Real
         return np.zeros(len(names))
     if len(table.nominal) != len(names):
         raise BalanceError(
-            f"nominal has {len(table.nominal)} lengths for {len(names)} sliders: give one for each of "
-            f"{'; '.join(names)}"
+            f"nominal has {len(table.nominal)} values for {len(names)} sliders: give one for each of {'; '.join(names)}"
         )
     return np.array(table.nominal)
 

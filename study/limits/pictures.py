@@ -58,7 +58,7 @@ def draw_limits(curves: LimitCurves, title: str, *, in_newtons: bool) -> dict[st
             for side in (1, 0)
         ]
         drawn["limit_states"] = ContactStates(
-            panels=panels, title=f"{title}: what the contacts do at the limits", parameter_label="frequency [Hz]"
+            panels=panels, title=f"{title}: contact states at the limits", parameter_label="frequency [Hz]"
         )
     if len(limits.level) > 1:
         what = "highest points" if curves.has_peaks else "range"

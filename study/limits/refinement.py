@@ -57,8 +57,8 @@ def refine_to_tolerance(
         return limits
     if isinstance(search.objective, LossFactor):
         run.warn(
-            "tolerance of [harmonics] is not used for limits of the loss factor, which are those with "
-            f"highest = {search.harmonics}: raise that, or bound the amplitude"
+            "tolerance of [harmonics] is not used for limits of the loss factor, which are computed with highest = "
+            f"{search.harmonics}: raise highest, or bound the amplitude"
         )
         return limits
     with run.progress.step(f"harmonics of the limits{f' of the {name}' if name else ''}") as report:
@@ -68,7 +68,8 @@ def refine_to_tolerance(
     if beyond.any():
         which = f" of the {name}" if name else ""
         run.warn(
-            f"harmonics and samples leave an error above {format_number(100 * tolerance)} % at {beyond.sum()} of "
-            f"{there.sum()} limits{which}: raise highest or tolerance of [harmonics], now highest = {search.harmonics}"
+            f"the truncation of harmonics and samples causes an error above {format_number(100 * tolerance)} % at "
+            f"{beyond.sum()} of {there.sum()} limits{which}: raise highest or tolerance of [harmonics], now highest = "
+            f"{search.harmonics}"
         )
     return refined

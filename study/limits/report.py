@@ -51,12 +51,13 @@ def list_refinement_remarks(document: Mapping[str, Any]) -> list[str]:
         return []
     remarks = [
         f"  with up to {document['highest_harmonic']} harmonics the limits change by at most "
-        f'{document["largest_refinement"]:.2%} of the largest of their level; the columns "searched" hold those before'
+        f'{document["largest_refinement"]:.2%} of the largest of their level; the columns "searched" contain the '
+        "limits before"
     ]
     if document["n_refined_moved"]:
         remarks.append(
-            f'  {document["n_refined_moved"]} limits move by more than twice the tolerance (column "moved"): with as '
-            "many harmonics other slider positions may be extreme; raise highest of [harmonics]"
+            f'  {document["n_refined_moved"]} limits move by more than twice the tolerance (column "moved"): with '
+            "these harmonics other slider positions may be extreme; raise highest of [harmonics]"
         )
     return remarks
 
@@ -122,25 +123,25 @@ def _list_remarks(document: dict[str, Any]) -> list[str]:
     remarks = [
         "  widest: largest ratio of upper to lower limit at one frequency; outside: histories beyond a limit by more "
         "than 0.1 % before repair",
-        f"  largest residual {document['largest_residual']:.1e}, largest gain of a further step "
+        f"  largest residual {document['largest_residual']:.1e}, largest improvement by a further step "
         f"{document['largest_realised_gain']:.1e}",
         *list_refinement_remarks(document),
     ]
     for key, words in (
-        ("at_end", "lies at an end of the frequencies: there may be more beyond"),
-        ("at_jump", "lies at a jump between local optima: nothing says what is between its neighbours"),
+        ("at_end", "lies at an end of the frequency range: a more extreme value may lie beyond"),
+        ("at_jump", "lies at a jump between local optima: values between its neighbours are unknown"),
     ):
         for level, name, side in sides:
             if side[key]:
                 remarks.append(f"  level {level:g}: the {name} one {words}")
     missing = sum(side["n_not_found"] for _, _, side in sides)
     if missing:
-        remarks.append(f"  {missing} limits were not found: no steady state there")
+        remarks.append(f"  {missing} limits were not found, because no steady state was found there")
     n_on_box = sum(side["n_on_box"] for _, _, side in sides)
     if n_on_box:
         total = len(sides) * document["n_frequency"]
         remarks.append(
-            f"  at {n_on_box} of {total} limits the box holds a slider: a wider reach may give wider ones there"
+            f"  at {n_on_box} of {total} limits a slider is at its bound: a larger reach may give wider limits there"
         )
     return remarks
 

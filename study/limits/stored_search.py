@@ -44,7 +44,10 @@ def run_search(
     tasks = StoredTasks(run.output / f".{stem}_limits.part", searched.key(search), run.warn)
     before = tasks.n_left
     if before:
-        run.note(f"the search goes on: {before} of its tasks were finished before, and progress is that of the rest")
+        run.note(
+            f"the search continues: {before} of its tasks were already finished; the progress shown is that of the "
+            "others"
+        )
     pool = nullcontext(executor) if executor is not None else worker_pool([searched.compute.__module__], run.scheduler)
     with run.progress.step("limits") as report, pool as processes:
         result = run.store.run(searched, search, tasks=tasks, executor=processes, report=report)

@@ -34,7 +34,7 @@ def _reach(value: object) -> object:
         return value
     reach = SLIDER_BOUND.read(value)
     if reach <= 0:
-        raise ValueError(f'must be positive: it is how far a slider may have been dragged, or "{UNBOUNDED}"')
+        raise ValueError(f'must be positive: it is the largest initial displacement of a slider, or "{UNBOUNDED}"')
     return reach
 
 
@@ -69,7 +69,7 @@ class LimitsTable(CaseModel):
     def _one_way(self) -> Self:
         given = [key for key, value in (("from", self.first), ("to", self.last), ("step", self.step)) if value]
         if self.frequencies and given:
-            raise ValueError(f"frequencies are a list of their own: remove them, or {given[0]}")
+            raise ValueError(f"frequencies replace from, to and step: remove frequencies, or {given[0]}")
         return self
 
     @model_validator(mode="after")
@@ -78,14 +78,14 @@ class LimitsTable(CaseModel):
             if self.contact is None:
                 raise ValueError(f'objective = "{self.objective}" needs contact = "NAME", a contact or a contact line')
             if self.sensor is not None:
-                raise ValueError(f'sensor has no meaning with objective = "{self.objective}": remove it')
+                raise ValueError(f'sensor is not used with objective = "{self.objective}": remove it')
         elif self.objective == EVERYTHING:
             if self.direction is not None:
-                raise ValueError('direction has no meaning with objective = "all", which bounds each one: remove it')
+                raise ValueError('direction is not used with objective = "all", which bounds all directions: remove it')
         elif self.contact is not None or self.direction is not None:
             key = "contact" if self.contact is not None else "direction"
             raise ValueError(
-                f'{key} has no meaning with objective = "{self.objective}": remove it, or take "static force" or '
+                f'{key} is not used with objective = "{self.objective}": remove it, or take "static force" or '
                 '"dynamic force"'
             )
         return self

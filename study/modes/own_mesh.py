@@ -23,18 +23,16 @@ REMEDY = "give --young, --poisson and --density"
 class OwnMesh:
     """Unit, material and supports of a mesh file, as the user typed them."""
 
-    fix: Annotated[
-        tuple[str, ...], Parameter(help="Node or face set that is fixed; may be repeated.", negative="")
-    ] = ()
+    fix: Annotated[tuple[str, ...], Parameter(help="Fixed node or face set; may be repeated.", negative="")] = ()
     free: Annotated[bool, Parameter(help="The mesh has no support.", negative="")] = False
     length_unit: Annotated[str | None, Parameter(help="Unit of the mesh file's coordinates, such as mm.")] = None
     young: Annotated[
         str | None,
-        Parameter(help="Young's modulus; that of the file by default, or 210 GPa.", allow_leading_hyphen=True),
+        Parameter(help="Young's modulus; default: that of the file, or 210 GPa.", allow_leading_hyphen=True),
     ] = None
-    poisson: Annotated[float | None, Parameter(help="Poisson's ratio; that of the file, or 0.3.")] = None
+    poisson: Annotated[float | None, Parameter(help="Poisson's ratio; default: that of the file, or 0.3.")] = None
     density: Annotated[
-        str | None, Parameter(help="Density; that of the file, or 7800 kg/m^3.", allow_leading_hyphen=True)
+        str | None, Parameter(help="Density; default: that of the file, or 7800 kg/m^3.", allow_leading_hyphen=True)
     ] = None
 
     @property
@@ -62,14 +60,14 @@ class OwnMesh:
                 f"mesh file {source} cannot be read: there is no such file; check the spelling and the folder"
             )
         if self.length_unit is None:
-            raise InputError(f"{source}: the unit of its coordinates is not given: add it, such as --length-unit mm")
+            raise InputError(f"{source}: the unit of its coordinates is not given: add, for example, --length-unit mm")
         unit = _read_typed("--length-unit", self.length_unit, LENGTH, number="1 ")
         material = self._material(source, unit, run)
         mesh = read_mesh(source, length_unit_in_metre=unit)
         known = ", ".join(sorted({*mesh.node_sets, *mesh.face_sets})) or "no sets"
         warn_of_size(float(np.ptp(mesh.points, axis=0).max()), unit)
         if self.free and self.fix:
-            raise SupportError("--free and --fix contradict each other: leave one out")
+            raise SupportError("--free and --fix contradict each other: remove one")
         if not self.free and not self.fix:
             raise SupportError(f"{source} has no support: name a set with --fix (it has {known}), or give --free")
         for name in self.fix:
@@ -103,7 +101,7 @@ class OwnMesh:
             raise InputError(f"--{name} {value}") from None
         if carried.material is not None and (names := list_differences(material, carried.material)):
             warnings.warn(
-                f"{source} carries a material of {describe_material(carried.material, unit)}, whose "
+                f"{source} contains a material of {describe_material(carried.material, unit)}, whose "
                 f"{' and '.join(names)} the options replace",
                 InputWarning,
                 stacklevel=3,

@@ -33,24 +33,24 @@ def run_modes(source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run:
         Options that cannot be used; one sentence.
     """
     if n_mode < 1:
-        raise InputError(f"--n-modes {n_mode} is no number of modes: give 1 or more")
+        raise InputError(f"--n-modes {n_mode} is not a valid number of modes: give 1 or more")
     if film_of is not None and not 1 <= film_of <= n_mode:
-        raise InputError(f"--film {film_of} is none of the {n_mode} modes: give 1 to {n_mode}")
+        raise InputError(f"--film {film_of} is not one of the {n_mode} modes: give 1 to {n_mode}")
     if film_of is not None and not run.pictures:
-        raise InputError(f"--film {film_of} is a picture: leave it or --no-pictures out")
+        raise InputError(f"--film {film_of} needs pictures: remove it or --no-pictures")
     if source.suffix == ".toml":
         opened = open_case(source)
         draw, summary = opened.kind.modes, opened.kind.summary
         if isinstance(draw, str):
-            raise opened.lacks("structure", f"`stickslip modes` draws no case of {summary}: {draw}")
+            raise opened.lacks("structure", f"`stickslip modes` does not draw a case of {summary}: {draw}")
         if own.is_given:
             raise InputError(
-                f"--fix, --free and --length-unit are for mesh files, but {source} is a case file, which says all that "
-                "itself: leave them out"
+                f"--fix, --free and --length-unit are for mesh files, but {source} is a case file, which contains "
+                "this information: remove them"
             )
         if draw is None:
             if film_of is not None:
-                raise InputError(f"--film {film_of}: {summary} have no mesh that could be filmed: leave it out")
+                raise InputError(f"--film {film_of}: {summary} have no mesh to animate: remove it")
             return write_modes_table(opened, run, n_mode)
         if run.pictures:
             require_egl()

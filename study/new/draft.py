@@ -51,7 +51,7 @@ class NewCaseRequest:
         except ValueError as error:
             raise InputError(f"--{option} {marked.value}: {error}") from None
         if not length > 0:
-            raise InputError(f"--{option} {marked.value}: a length is positive")
+            raise InputError(f"--{option} {marked.value}: a length must be positive")
         return float(f"{length:.6g}")
 
     def relative(self, file: Path) -> str:

@@ -17,14 +17,19 @@ def draft_matrices(request: NewCaseRequest, run: RunContext) -> CaseDraft:
     fixed = request.fix or tuple(
         str(
             request.value(
-                "fix", "Numbers of the fixed nodes, or nothing?", "", "the matrices may hold their supports already"
+                "fix", "Numbers of the fixed nodes, or nothing?", "", "the matrices may already contain the supports"
             ).value
         ).split()
     )
-    point = request.value("point", "Number of the node that is driven and measured?", "0", "it stays a coordinate")
+    point = request.value(
+        "point",
+        "Number of the node at which the structure is driven and measured?",
+        "0",
+        "its degrees of freedom are retained",
+    )
     for node in (*fixed, str(point.value)):
         if not node.isdigit():
-            raise InputError(f'"{node}" is no number of a node: give numbers such as 12 (--fix, --point)')
+            raise InputError(f'"{node}" is not a node number: give numbers such as 12 (--fix, --point)')
     support = f"[[structure.support]]\nnodes = [{', '.join(fixed)}]\n" if fixed else SUPPORT
     return CaseDraft(
         text=f"""\

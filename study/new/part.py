@@ -84,14 +84,14 @@ def _mesh(file: Path, request: NewCaseRequest, run: RunContext) -> CaseDraft:
     from fe.file.mesh_file import read_mesh
 
     unit = request.value(
-        "length-unit", "Unit of the lengths in the mesh file?", "mm", "mesh files do not say it", ("mm", "m")
+        "length-unit", "Unit of the lengths in the mesh file?", "mm", "mesh files do not contain it", ("mm", "m")
     )
     mesh = read_mesh(file, LENGTH.read(f"1 {unit.value}"))
     carried = read_file_material(file, LENGTH.read(f"1 {unit.value}"))
     sets = {name: len(mesh.nodes(name)) for name in (*mesh.node_sets, *mesh.face_sets)}
     if not sets:
         raise InputError(
-            f"{file} has no named sets of nodes or faces, so that nothing can be fixed by name: name the fixed face in "
+            f"{file} has no named sets of nodes or faces, so nothing can be fixed by name: name the fixed face in "
             "your mesher (docs/own_part.md lists what is a set in each format)"
         )
     listed = "\n".join(
@@ -99,7 +99,7 @@ def _mesh(file: Path, request: NewCaseRequest, run: RunContext) -> CaseDraft:
     )
     run.note(listed)
     likely = [name for word in FIXED_WORDS for name in sets if word in name.lower()] or list(sets)
-    chosen, _ = _choose_fixed(request, "Which set is fixed?", likely[0], "a part needs supports", tuple(sets))
+    chosen, _ = _choose_fixed(request, "Which set is fixed?", likely[0], "a part needs a support", tuple(sets))
     for name in chosen:
         if name not in sets:
             raise InputError(f"--fix {name}: {file} has no such set; it has {', '.join(sets)}")

@@ -127,7 +127,7 @@ def _find_first_mode(structure: Structure) -> tuple[float, DrivePoint]:
     squared, shapes = scipy.linalg.eigh(matrices.stiffness, matrices.mass)
     elastic = squared > RIGID**2 * abs(squared[min(6, len(squared) - 1)])
     if not elastic.any():
-        raise InputError("the structure has no natural frequency above zero: check its stiffness")
+        raise InputError("the structure has no natural frequency above zero: check the stiffness")
     first = int(elastic.argmax())
     shape = np.abs(shapes[:, first])
     return float(np.sqrt(squared[first])) / (2 * np.pi), _drive_point(structure, shape)

@@ -55,7 +55,10 @@ def report_reduction(
             for number, (full, rom, error) in enumerate(table, start=1)
         ),
         "",
-        "  The error is that of the modes left out alone: what the full model errs, as by its mesh, is not in it.",
+        (
+            "  The error is only that of the omitted modes; errors of the full model, such as that of its mesh, are "
+            "not included."
+        ),
         *([] if check is None else ["", f"  {describe_check(check)}"]),
         *notes,
         "",
@@ -80,9 +83,9 @@ def describe_check(check: ModeCheck) -> str:
     below = f"below {np.sqrt(check.shift) / (2 * np.pi):.6g} Hz"
     counted = f"{check.n_found} fixed-interface modes {below}, residuals of at most {check.residual.max():.0e}"
     if check.n_missed > 0:
-        return f"{counted}, but {check.n_below} are there: {check.n_missed} MISSED"
+        return f"{counted}, but {check.n_below} exist: {check.n_missed} MISSED"
     if check.n_missed < 0:
-        return f"{counted}, but only {check.n_below} are there: {-check.n_missed} FOUND TWICE"
+        return f"{counted}, but only {check.n_below} exist: {-check.n_missed} FOUND TWICE"
     return f"{counted}, none missed"
 
 
@@ -108,7 +111,7 @@ def report_fewer_modes(n_mode: int, n_asked: int, body: str = "the interior", ke
     """
     if n_mode >= n_asked:
         return []
-    return [f"all {n_mode} fixed-interface modes of {body} are kept: there are no more, though {key} = {n_asked}"]
+    return [f"all {n_mode} fixed-interface modes of {body} are kept: there are no more, although {key} = {n_asked}"]
 
 
 def report_fewer_rig_modes(assembly: ReducedAssembly, asked: int | Mapping[str, int]) -> list[str]:

@@ -113,13 +113,13 @@ def compare_conditions(made_by: Provenance, base: Path) -> list[str]:
             f"{', '.join(missing)} is not in {base}: give the folder from which the command was run with --folder"
         )
     changes = [
-        f"{name} is not as it was: the result was made from another content"
+        f"{name} has changed since the result was made"
         for name, known in made_by.inputs.items()
         if hash_content(base / name) != known
     ]
     now = list_versions()
     changes += [
-        f"{name} is {now.get(name, 'not installed')} now, and the result was made with {version}"
+        f"{name} is now {now.get(name, 'not installed')}, but the result was made with {version}"
         for name, version in made_by.versions.items()
         if now.get(name) != version
     ]
@@ -129,8 +129,8 @@ def compare_conditions(made_by: Provenance, base: Path) -> list[str]:
 def _require_repeatable(path: Path, made_by: Provenance) -> None:
     if made_by.command[0] not in REPEATABLE or "--auto" in made_by.command:
         raise InputError(
-            f"{path} was made by `stickslip {' '.join(made_by.command)}`, which changes files of yours: repeated are "
-            f"{', '.join(sorted(REPEATABLE))}, without --auto"
+            f"{path} was made by `stickslip {' '.join(made_by.command)}`, which changes your files: only these "
+            f"commands are repeated: {', '.join(sorted(REPEATABLE))}, without --auto"
         )
 
 
@@ -181,6 +181,6 @@ def _run_again(words: list[str], start: Path, target: Path, run: RunContext, pat
         return values
     new = target / path.name
     if not new.is_file():
-        raise InputError(f"the command writes no {path.name}: give the page the name that it was written with")
+        raise InputError(f"the command writes no {path.name}: give the page its original file name")
     made: RepeatableResult = read_result(new, target)
     return dict(made.values)

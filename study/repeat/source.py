@@ -64,7 +64,7 @@ def read_result(path: Path, stored: Path) -> RepeatableResult:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no text"
+        reason = error.strerror if isinstance(error, OSError) else "it is not a text file"
         raise InputError(f"{path} cannot be read ({reason}): name a page of stickslip, or an output folder") from error
     match = RUN.search(text)
     try:
@@ -74,11 +74,9 @@ def read_result(path: Path, stored: Path) -> RepeatableResult:
         data = DATA.search(text)
         values = {"data": json.loads(data[1]) if data else {}, "text": _list_text_lines(text)}
     except (ValueError, TypeError, RecursionError):
-        raise InputError(f"{path} is damaged: what it says that it was made by cannot be read") from None
+        raise InputError(f"{path} is damaged: the record of the command that made it cannot be read") from None
     if provenance is None:
-        raise InputError(
-            f"{path} does not say what it was made by: pages that a command of this version writes do, name one of them"
-        )
+        raise InputError(f"{path} does not contain the command that made it: name a page written by this version")
     return RepeatableResult(
         provenance=provenance, folder=Path(os.path.normpath(path.parent / provenance.folder)), values=values
     )

@@ -36,10 +36,10 @@ def describe_error_warning(curves: Sequence[SolvedCurve], model: SolveModel) -> 
     key = "highest" if model.tolerance is None else "highest or tolerance"
     advice = "" if model.tolerance is not None else ", or give a tolerance there"
     return (
-        f'{output.name} on the curve "{item.curve.label}"{others}: harmonics and samples leave an error of the '
-        f"amplitude of about {_at(item, errors, peak)}, the highest point, and of {_at(item, errors, worst)}; it is "
-        f"above {format_number(100 * limit)} % at {count} of {len(errors)} points: raise {key} of [harmonics], now "
-        f"highest = {model.harmonics}{advice}"
+        f'{output.name} on the curve "{item.curve.label}"{others}: the truncation of harmonics and samples causes an '
+        f"amplitude error of about {_at(item, errors, peak)}, the highest point, and of {_at(item, errors, worst)}; "
+        f"it is above {format_number(100 * limit)} % at {count} of {len(errors)} points: raise {key} of [harmonics], "
+        f"now highest = {model.harmonics}{advice}"
     )
 
 

@@ -39,9 +39,9 @@ def warn_of_high_frequency(system: JointedSystem, angular_frequency: Iterable[fl
     limit = float(np.sqrt(max(highest, 0.0)))
     if min(asked) > limit or max(asked) > INERTIA_ALONE * limit:
         warnings.warn(
-            f"frequencies of {min(asked) / (2 * pi):.4g} to {max(asked) / (2 * pi):.4g} Hz are asked for, but the "
-            f"highest natural frequency of the model is {limit / (2 * pi):.4g} Hz: above it the motion of its masses "
-            "alone is computed; check the unit of the frequencies, or keep more modes",
+            f"frequencies of {min(asked) / (2 * pi):.4g} to {max(asked) / (2 * pi):.4g} Hz are requested, but the "
+            f"highest natural frequency of the model is {limit / (2 * pi):.4g} Hz: above it only the inertia of the "
+            "masses is represented; check the unit of the frequencies, or keep more modes",
             InputWarning,
             stacklevel=2,
         )

@@ -100,8 +100,8 @@ def require_sweep(opened: OpenCase) -> None:
     if opened.case.sweep is None:
         raise opened.lacks(
             "sweep",
-            "there is no [sweep], which says what to solve: add one, e.g. with "
-            'from = "100 Hz", to = "120 Hz", levels = [1, 3]',
+            'there is no [sweep], which defines what to solve: add one, e.g. with from = "100 Hz", to = "120 Hz", '
+            "levels = [1, 3]",
         )
 
 
@@ -143,7 +143,7 @@ def make_vibrating_model(read: ReadCase) -> SolveModel:
     )
     if not outputs:
         raise opened.lacks(
-            "sensor", "table [[sensor]] is missing, so that nothing is shown: add one, with a name and a place"
+            "sensor", "table [[sensor]] is missing, so nothing is shown: add one, with a name and a place"
         )
     in_newtons = not opened.case.load and read.structure.harmonic_force is not None
     return SolveModel(
@@ -168,11 +168,13 @@ def _make_controlled_curves(
     with at_key(case, "sweep", "control"):
         if sweep.control not in sensors:
             guess = did_you_mean(sweep.control, list(sensors))
-            raise JointError(f"is no [[sensor]] of motion; there are {', '.join(sensors)}{guess}")
+            raise JointError(f"is not a [[sensor]] of motion; there are {', '.join(sensors)}{guess}")
         output = sensors[sweep.control]
     if case.harmonics.tolerance is not None:
         with at_key(case, "harmonics", "tolerance"):
-            raise JointError("refines curves at given levels, not held amplitudes: leave it out, and raise highest")
+            raise JointError(
+                "refines curves at given levels, not at controlled amplitudes: remove it, and raise highest"
+            )
     curves = []
     for number, text in enumerate(sweep.amplitudes):
         with at_key(case, "sweep", "amplitudes", number):
@@ -181,7 +183,7 @@ def _make_controlled_curves(
             except ValueError as error:
                 raise JointError(f"{output.name} reads {output.quantity}: {error}") from error
             if amplitude <= 0:
-                raise JointError("must be positive: it is what the level of the force holds")
+                raise JointError("must be positive: it is the amplitude that the force level controls")
         base_acceleration = None if model.base is None or output.relative else model.base[1]
         control = AmplitudeControl(
             sensor=output.name, row=output.row, derivative=DERIVATIVE[output.quantity], amplitude=amplitude,
@@ -241,7 +243,7 @@ def _list_slider_starts(read: ReadCase, n: int, seed: int) -> list[Row] | list[N
     if n > 1:
         with located(read.opened.case, "sweep"):
             raise JointError(
-                f"histories = {n} begin from rest under dead weights, which a case of "
-                f"{read.opened.kind.summary} does not have: remove histories, or find the band with `stickslip limits`"
+                f"histories = {n} begin at rest under dead weights, which a case of {read.opened.kind.summary} does "
+                "not have: remove histories, or compute the band with `stickslip limits`"
             )
     return [None]

@@ -32,7 +32,7 @@ def format_solve_report(solved: SolveResult, extras: Extras | None = None) -> st
     width = max(len(peak.label) for peak in solved.peaks)
     lines = [extras.text] if extras and extras.text else []
     control = model.curves[0].control
-    which = f"points of least force that holds {control.sensor}, and" if control else "highest points of"
+    which = f"points of the smallest force that controls {control.sensor}, and" if control else "highest points of"
     lines += [
         f"{model.system.n_dof} degrees of freedom, {count(len(model.system.joints), 'joint')}, "
         f"harmonics 0 to {model.harmonics}{refined}; {which} {model.outputs[0].name}:",
@@ -50,7 +50,7 @@ def format_solve_report(solved: SolveResult, extras: Extras | None = None) -> st
     lines += ["", *(f"  {peak.label}: {peak.stop_reason}" for peak in solved.peaks)]
     if solved.model.stability:
         lines += ["", *(f"  {peak.label}: {_describe_bifurcations(peak)}" for peak in solved.peaks)]
-    words = {"absolute": "absolute motion", "relative": "motion relative to the shaken base"}
+    words = {"absolute": "absolute motion", "relative": "motion relative to the base"}
     lines += [f"  {name}: {words[motion]}" for name, motion in _document_motions(solved).get("motion", {}).items()]
     lines += ["", *map(str, solved.files)]
     lines += map(str, extras.files if extras else ())

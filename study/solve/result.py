@@ -181,7 +181,7 @@ def make_response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], titl
             "contact_share": (
                 ("point", "joint", "state"),
                 share,
-                {"units": "1", "long_name": "share of the period; a stop that is closed counts as stick"},
+                {"units": "1", "long_name": "share of the period; a closed stop counts as stick"},
             ),
             "residual_norm": ("point", joined("residual_norm"), {"units": "1"}),
             "output_error": (
@@ -337,4 +337,4 @@ def describe_motion_warning(curves: Sequence[SolvedCurve], outputs: Sequence[Sen
                 largest, where = moved, f'{output.name} moves by {moved:.3g} m on the curve "{item.curve.label}"'
     if largest <= MOST_DISPLACEMENT:
         return ""
-    return f"{where}: no structure vibrates by more than {MOST_DISPLACEMENT:g} m, so check levels, loads and units"
+    return f"{where}: more than {MOST_DISPLACEMENT:g} m is not plausible; check levels, loads and units"

@@ -140,7 +140,7 @@ def _solve_curve(model: SolveModel, number: int, stem: str, run: RunContext) -> 
     checkpoint.remove()
     solved = [SolvedCurve(curve=curve, branch=branch, model=model)]
     if model.isolas:
-        with run.progress.step(f"isolas beside {place}") as report:
+        with run.progress.step(f"isolas near {place}") as report:
             others = run.store.run(find_detached_curves, model.system, curve, branch, *inputs[2:], report=report)
         solved += [
             SolvedCurve(curve=name_detached_curve(curve, other, count), branch=other, model=model)
@@ -238,9 +238,9 @@ def _list_results(
         ]
         for joint in joints
     ]
-    which_joints = "the contacts do" if len(joints) == len(model.system.joints) else "the busiest contacts do"
-    drawn["states"] = ContactStates(panels=panels, title=f"{title}: what {which_joints}", parameter_label=label)
-    which_point = "the point of least force" if chosen[0].curve.control else "the highest point"
+    which_joints = "contact states" if len(joints) == len(model.system.joints) else "states of the most active contacts"
+    drawn["states"] = ContactStates(panels=panels, title=f"{title}: {which_joints}", parameter_label=label)
+    which_point = "the point of smallest force" if chosen[0].curve.control else "the highest point"
     which_curves = "each curve" if len(chosen) == len(curves) else f"{len(chosen)} of {len(curves)} curves"
     drawn["loops"] = HysteresisLoops(
         joints=[(model.system.joints[joint].name, _loops(model, balance, chosen, joint)) for joint in joints],
@@ -266,7 +266,7 @@ def _force_over_frequency(curves: Sequence[SolvedCurve], title: str) -> Response
     ]
     return ResponseCurves(
         curves=family,
-        title=f"{title}: force that holds the {output.quantity} of {output.name}",
+        title=f"{title}: force that controls the {output.quantity} of {output.name}",
         parameter_label="frequency [Hz]",
         amplitude_label="amplitude of the force [N]" if model.in_newtons else LEVEL_LABEL,
     )

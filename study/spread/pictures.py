@@ -131,6 +131,6 @@ def _make_shares(spread: Spread, title: str, names: Container[str]) -> VarianceS
         groups=shown,
         parameters=[item.name for item in spread.uncertain.parameters],
         title=title,
-        subtitle="what causes the spread"
+        subtitle="contributions to the spread"
         + (f": {spread.draws * (2 + len(nothing))} points" if spread.draws else ": derivatives at the means"),
     )

@@ -63,7 +63,7 @@ def format_spread_report(spread: Spread) -> str:
     lines += [
         "",
         f"  {'curve':<{width}}  {'quantity':<{name_width}}  {'at means':>9}  {'5 %':>9}  {'50 %':>9}  {'95 %':>9}  "
-        f"{'deviation':>9}  {'1st order':>9}  share of the variance by itself / with interactions",
+        f"{'deviation':>9}  {'1st order':>9}  Sobol index, first order / total",
     ]
     for row in spread.quantities:
         numbers = "  ".join(

@@ -128,13 +128,14 @@ def spread(
 def _check_number(opened: OpenCase, draws: int, d: int) -> None:
     if draws < 0 or draws == 1 or draws & (draws - 1):
         raise refuse(
-            opened, "draws", f"draws = {draws}: Sobol points need a power of two: give 0 or 2, 4, ..., 64, ..."
+            opened, "draws", f"draws = {draws}: a Sobol sequence needs a power of two: give 0 or 2, 4, ..., 64, ..."
         )
     if draws * (d + 2) > MOST_POINTS:
         raise refuse(
             opened,
             "draws",
-            f"draws = {draws} of {d} parameters are {draws * (d + 2)} points, at most {MOST_POINTS}: give fewer",
+            f"draws = {draws} of {d} parameters need {draws * (d + 2)} points, but at most {MOST_POINTS} are "
+            "allowed: give fewer",
         )
 
 
@@ -145,8 +146,8 @@ def _compute_sensitivities(
     for parameter, tangent in zip(uncertain.parameters, tangents, strict=True):
         if tangent is None:
             run.warn(
-                f"{parameter.name} moves points of joints or sensors, or a shaken base, so that nothing is known to "
-                "first order: see the draws"
+                f"{parameter.name} moves points of joints or sensors, or a base that is shaken: there is no "
+                "first-order result, only that of the draws"
             )
     result = []
     for curve in model.curves:

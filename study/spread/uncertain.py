@@ -62,8 +62,8 @@ def read_uncertain(opened: OpenCase) -> Uncertain:
     if not opened.case.uncertain:
         raise opened.lacks(
             "uncertain",
-            "there is no [[uncertain]], which says what is not known exactly: add one, with parameter, distribution "
-            'and mean, e.g. parameter = "mu", distribution = "normal", mean = 1, relative_sd = "10 %"',
+            "there is no [[uncertain]], which defines the uncertain parameters: add one, with parameter, "
+            'distribution and mean, e.g. parameter = "mu", distribution = "normal", mean = 1, relative_sd = "10 %"',
         )
     parameters: list[CaseParameter] = []
     for number, table in enumerate(opened.case.uncertain):
@@ -95,7 +95,7 @@ def check_draws(opened: OpenCase, uncertain: Uncertain, draws: Float[Real, "n d"
                 distribution = opened.case.uncertain[number].distribution
                 assert opened.case.source is not None
                 text = (
-                    f"{parameter.text(float(value))} of this {distribution} distribution is no value of the case "
-                    f"({problem.text}): take bounds or a spread that keep it possible"
+                    f"{parameter.text(float(value))} of this {distribution} distribution is not a valid value of the "
+                    f"case ({problem.text}): give bounds or a standard deviation with valid values"
                 )
                 raise CaseError([opened.case.source.problem(("uncertain", number, "distribution"), text)]) from None

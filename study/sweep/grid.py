@@ -93,7 +93,11 @@ def read_grid(opened: OpenCase, values: Mapping[str, str | Sequence[float | str]
     count = prod(grid.shape)
     if count > MOST_POINTS:
         sizes = " x ".join(map(str, grid.shape))
-        raise refuse(opened, "", f"the grid has {sizes} = {count} points, at most {MOST_POINTS}: give fewer values")
+        raise refuse(
+            opened,
+            "",
+            f"the grid has {sizes} = {count} points, but at most {MOST_POINTS} are allowed: give fewer values",
+        )
     for parameter, own, is_whole in zip(grid.parameters, grid.values, grid.whole, strict=True):
         for value in own:
             vary(opened, {parameter: parameter.written(value, whole=is_whole)})
@@ -103,7 +107,9 @@ def read_grid(opened: OpenCase, values: Mapping[str, str | Sequence[float | str]
 def _split(opened: OpenCase, word: str) -> tuple[str, str]:
     name, sign, text = word.partition("=")
     if not (sign and name.strip()):
-        raise refuse(opened, "", f'"{word}" is no parameter with values: write NAME=VALUES, such as {EXAMPLE}')
+        raise refuse(
+            opened, "", f'"{word}" is not of the form NAME=VALUES: give a parameter and its values, such as {EXAMPLE}'
+        )
     return name.strip(), text.strip()
 
 
@@ -125,7 +131,7 @@ def _read_range(text: str) -> list[NumberWithUnit]:
         raise ValueError("a range is FIRST:LAST:NUMBER, such as 0.8:1.2:5")
     first, last = split_quantity(ends[0]), split_quantity(ends[1])
     if not ends[2].isdigit() or int(ends[2]) < 2:
-        raise ValueError(f"a range of {ends[2]} values is empty or no range: give 2 or more, such as 0.8:1.2:5")
+        raise ValueError(f"a range of {ends[2]} values is not a range: give 2 or more, such as 0.8:1.2:5")
     if int(ends[2]) > MOST_POINTS:
         raise ValueError(f"a range of {ends[2]} values is too large: give at most {MOST_POINTS}")
     (low, high), unit = _convert_to_one_unit([first, last])

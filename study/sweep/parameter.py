@@ -98,7 +98,9 @@ def find_parameter(opened: OpenCase, name: str, unit: str = "") -> CaseParameter
     path = _find_path(data, name)
     if path is None or path[0] not in TABLES:
         if path is not None and str(path[0]) in type(opened.case).model_fields:
-            raise ParameterError("this is no number of the structure, its joints or its loads: change it in the case")
+            raise ParameterError(
+                "this is not a number of the structure, its joints or its loads: change it in the case"
+            )
         near = did_you_mean(name, [*FACTORS, *_list_names(data)])
         remedy = near or f"; give a factor ({', '.join(FACTORS)}) or a key of a table, such as {_find_example(data)}"
         raise ParameterError(f"the case has no such parameter{remedy}")
@@ -119,7 +121,7 @@ def _require_way(data: Mapping[str, Any], path: Path) -> None:
         if isinstance(part, int) and isinstance(parent, list) and part >= len(parent):
             raise ParameterError(f"the list has {len(parent)} entries: give a number from 0 to {len(parent) - 1}")
         if not isinstance(parent, list if isinstance(part, int) else Mapping):
-            raise ParameterError(f"{stem} is one value with nothing in it: name {stem} itself")
+            raise ParameterError(f"{stem} is a single value without keys: name {stem} itself")
 
 
 def require_factors(read: ReadCase, parameters: tuple[CaseParameter, ...]) -> None:
@@ -139,8 +141,8 @@ def require_factors(read: ReadCase, parameters: tuple[CaseParameter, ...]) -> No
             raise refuse(
                 opened,
                 item.name,
-                f"{item.name}: it is a factor on all contact lines, on the damping or on the stiffness, and the case "
-                f"has none of what it scales, or takes it as known in [accepted]: {remedy} a key of a table, such as "
+                f"{item.name}: it is a factor on all contact lines, on the damping or on the stiffness, but the case "
+                f"has nothing that it scales, or takes it as known in [accepted]: {remedy} a key of a table, such as "
                 f"{_find_example(opened.case.source.data)}",
             )
 

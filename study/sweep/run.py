@@ -110,8 +110,8 @@ def require_curves_or_limits(opened: OpenCase, *, with_limits: bool) -> None:
     if isinstance(opened.case.sweep, ControlledSweepTable):
         raise opened.lacks(
             "sweep",
-            "control holds an amplitude, whose curves have no peak to compare: give levels instead of control and "
-            "amplitudes, or compute the curves of each value with `stickslip solve`",
+            "control keeps the amplitude constant, so the curves have no peak to compare: give levels instead of "
+            "control and amplitudes, or compute the curves of each value with `stickslip solve`",
         )
     if not with_limits:
         require_sweep(opened)
@@ -120,7 +120,7 @@ def require_curves_or_limits(opened: OpenCase, *, with_limits: bool) -> None:
 def warn_of_failures(failures: Sequence[str], count: int, run: RunContext) -> None:
     """Say how many curves are not complete, and why the first is not."""
     if failures:
-        run.warn(f"{len(failures)} of {count} curves do not reach the end of their range; the first: {failures[0]}")
+        run.warn(f"{len(failures)} of {count} curves do not reach the end of their range; the first one: {failures[0]}")
 
 
 def run_sweep(path: Path, words: Sequence[str], run: RunContext, *, limits: bool | None = None) -> SweepResult:

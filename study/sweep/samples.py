@@ -100,5 +100,5 @@ def compute_curves(
     curves = tuple(tuple(point_curves[first : first + n_curve]) for first in range(0, len(point_curves), n_curve))
     result = SampledCurves(model=model, curves=curves)
     if not any(len(item.frequency) for item in point_curves):
-        raise ComputationFailed(f"none of {len(point_curves)} curves could be started: {result.failures[0]}")
+        raise ComputationFailed(f"none of the {len(point_curves)} curves could be started: {result.failures[0]}")
     return result

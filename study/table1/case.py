@@ -55,7 +55,7 @@ class LimitTable(CaseModel):
     def _one_ratio(cls, subdivisions: tuple[int, int, int]) -> tuple[int, int, int]:
         coarse, medium, fine = subdivisions
         if not coarse < medium < fine or medium * medium != coarse * fine:
-            raise ValueError("must grow by one ratio, e.g. [1, 2, 4]")
+            raise ValueError("must grow by a constant ratio, e.g. [1, 2, 4]")
         return subdivisions
 
 
@@ -85,7 +85,7 @@ def _number_of_the_case(key: str, info: ValidationInfo) -> str:
     known = [name for name, value in numbers(info.data).items() if isinstance(value, int | float)]
     if key not in known and (table not in TABLES or table in info.data):
         remedy = did_you_mean(key, known) or '; write it as table.key, e.g. "blade.length"'
-        raise ValueError(f"names no number of this case{remedy}")
+        raise ValueError(f"is not the name of a number of this case{remedy}")
     return key
 
 

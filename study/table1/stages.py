@@ -158,8 +158,8 @@ class Limit:
         if self.order >= FAR_FROM_THEORY * self.theory:
             return ""
         return (
-            f"The observed order {self.order:.2f} is far below {self.theory}, that of a smooth solution: the stress is "
-            "singular at the re-entrant corner of the root and at the clamp's edge, and refinement everywhere hardly "
+            f"The observed order {self.order:.2f} is far below {self.theory}, that of a smooth solution: the stress "
+            "is singular at the re-entrant corner of the root and at the clamp's edge, and uniform refinement hardly "
             "helps there. The limit is an estimate."
         )
 
@@ -196,8 +196,8 @@ def richardson(frequencies: list[float], ratio: float, degree: int) -> Limit:
     first, second = coarse - medium, medium - fine
     if not first * second > 0 or abs(first) <= abs(second):
         raise InputError(
-            f"frequencies {coarse:.6g}, {medium:.6g}, {fine:.6g} Hz of the nested meshes show no limit: "
-            "start from a finer mesh"
+            f"frequencies {coarse:.6g}, {medium:.6g}, {fine:.6g} Hz of the nested meshes do not converge: start from "
+            "a finer mesh"
         )
     order = log(first / second) / log(ratio)
     return Limit(frequency=fine - second / (ratio**order - 1), order=order, theory=2 * degree)

@@ -82,8 +82,8 @@ def test_every_value_is_read_as_it_was_written() -> None:
 MISTAKES = [
     ('effect = "mas at tip"\nmass = "1 g"', 'effect = "mas at tip": there is no effect .* did you mean "mass at tip"'),
     ('effect = "mass at tip"\nmass = "1 mm"', 'mass = "1 mm": "mm" makes it a length, but a mass is needed, e.g. "'),
-    ('effect = "mass at tip"\nmas = "1 g"', '"mas" is no parameter of "mass at tip"; did you mean "mass"'),
-    ('effect = "mass at tip"', '"mass at tip" lacks its value: add mass = "'),
+    ('effect = "mass at tip"\nmas = "1 g"', '"mas" is not a parameter of "mass at tip"; did you mean "mass"'),
+    ('effect = "mass at tip"', '"mass at tip" has no value: add mass = "'),
     ('effect = "mass at tip"\nmass = "-3 kg"', 'mass = "-3 kg": is out of bounds: give a value from'),
     ('effect = "spring at mid"\nstiffness = 3', 'stiffness = 3: give a unit, e.g. "14.4 N/mm"'),
     ('mass = "1 g"', r'added\[0\].effect is missing; add effect = "mass at tip"'),
@@ -108,7 +108,8 @@ def test_a_factor_that_is_no_accepted_parameter_is_refused(tmp_path: Path) -> No
     case = case_with(tmp_path, "[calibrated]\nmu = 1.1\n")
     case.write_text(case.read_text().replace('mu = "10 %"', "mu = 0"), encoding="utf-8")
     with pytest.raises(
-        CaseError, match=r"calibrated.mu = 1.1: mu is calibrated, but is not a calibration parameter here: remove it"
+        CaseError,
+        match=r"calibrated.mu = 1.1: mu is in [calibrated], but is not a calibration parameter of this case: remove it",
     ):
         read_case(case)
 

@@ -66,9 +66,9 @@ CASE_MISTAKES = [
     ("rig", "along_contact = 6", "along_contact = 5", "mesh: station 4 of .* give the contact line a"),
     ("rig", 'length_cap = "20 mm"', 'length_cap = "-20 mm"', 'limit.length_cap = "-20 mm": .* 8 mm is a usual value'),
     ("rig", "across_groove = 2", "across_groove = 3", "limit.pads: .* across_groove = 3 elements: give an even number"),
-    ("rig", "[1, 2, 4]", "[1, 2, 3]", "limit.subdivisions = [1, 2, 3]: must grow by one ratio, e.g. [1, 2, 4]"),
-    ("rig", "[1, 2, 4]", "[1, 1, 1]", "limit.subdivisions = [1, 1, 1]: must grow by one ratio"),
-    ("rig", "[1, 2, 4]", "[4, 2, 1]", "limit.subdivisions = [4, 2, 1]: must grow by one ratio"),
+    ("rig", "[1, 2, 4]", "[1, 2, 3]", "limit.subdivisions = [1, 2, 3]: must grow by a constant ratio, e.g. [1, 2, 4]"),
+    ("rig", "[1, 2, 4]", "[1, 1, 1]", "limit.subdivisions = [1, 1, 1]: must grow by a constant ratio"),
+    ("rig", "[1, 2, 4]", "[4, 2, 1]", "limit.subdivisions = [4, 2, 1]: must grow by a constant ratio"),
     # Unknown keys and units.
     ("rig", "length_ratio = 2", "lenght_ratio = 2", 'mesh.lenght_ratio: unknown key; did you mean "length_ratio"?'),
     ("rig", "[root]", "[roots]", 'roots: unknown table; did you mean "root"?'),
@@ -124,7 +124,7 @@ def test_a_tuned_number_that_the_case_does_not_have_is_refused(
     (at_home / "my.toml").write_text(text)
     line = text.splitlines().index(f'    "{wrong}",') + 1
     message = refusal("table1", "my.toml")
-    assert message.startswith(f'my.toml:{line}: tuned[4] = "{wrong}": names no number of this case; ')
+    assert message.startswith(f'my.toml:{line}: tuned[4] = "{wrong}": is not the name of a number of this case; ')
     assert remedy in message
     assert message.count("\n") == 1
 
@@ -194,17 +194,20 @@ modes = 3
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--fix", "CLAMP"], "part.inp: the unit of its coordinates is not given: add it, such as --length-unit mm"),
+        (["--fix", "CLAMP"], "part.inp: the unit of its coordinates is not given: add, for example, --length-unit mm"),
         (["--fix", "CLAMP", "--length-unit", "milimeter"], '--length-unit "milimeter": unknown unit "milimeter"'),
         (["--fix", "CLAMP", "--length-unit", "kg"], '--length-unit "kg": "kg" makes it a mass, but a length is needed'),
         (["--length-unit", "mm"], "part.inp has no support: name a set with --fix (it has CLAMP, ONE, TWO), or give"),
-        (["--length-unit", "mm", "--fix", "CLAMP", "--free"], "--free and --fix contradict each other: leave one out"),
+        (["--length-unit", "mm", "--fix", "CLAMP", "--free"], "--free and --fix contradict each other: remove one"),
         (["--length-unit", "mm", "--fix", "CLAMPS"], "--fix CLAMPS: part.inp has no such set, it has CLAMP, ONE, TWO"),
         (["--length-unit", "mm", "--fix", "ONE"], "part.inp with --fix ONE: the supports leave the body free in rotat"),
         (["--length-unit", "mm", "--fix", "TWO"], "part.inp with --fix TWO: the supports leave the body free in rotat"),
-        (["--length-unit", "mm", "--free", "--n-modes", "0"], "--n-modes 0 is no number of modes: give 1 or more"),
+        (
+            ["--length-unit", "mm", "--free", "--n-modes", "0"],
+            "--n-modes 0 is not a valid number of modes: give 1 or more",
+        ),
         (["--length-unit", "mm", "--free", "--n-modes", "99"], "99 modes were asked of a system with 48 degrees of f"),
-        (["--length-unit", "mm", "--free", "--film", "7"], "--film 7 is none of the 6 modes: give 1 to 6"),
+        (["--length-unit", "mm", "--free", "--film", "7"], "--film 7 is not one of the 6 modes: give 1 to 6"),
         (
             ["--length-unit", "mm", "--free", "--young", "1 mm"],
             '--young "1 mm": "mm" makes it a length, but a Young',

@@ -25,7 +25,7 @@ def test_a_base_moves_what_moves_along_its_axis() -> None:
 
 @pytest.mark.parametrize(
     ("directions", "base", "says"),
-    [(("z", "modal"), "z", "has not kept"), (("x", "x"), "z", "along z"), (("z", "z"), (1.0,), "1 numbers for 2")],
+    [(("z", "modal"), "z", "does not contain"), (("x", "x"), "z", "along z"), (("z", "z"), (1.0,), "1 numbers for 2")],
 )
 def test_a_base_that_is_not_known_is_one_sentence(directions: tuple[str, ...], base: object, says: str) -> None:
     with pytest.raises(JointError, match=says):

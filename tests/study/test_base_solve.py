@@ -248,4 +248,4 @@ def test_limits_of_a_held_displacement_are_refused_before_the_search(
     )
     (home / "my.toml").write_text(CHAIN + slip)
     assert cli.main(["limits", "my.toml", "--out", "out", "--quiet"]) != 0
-    assert "give its acceleration in place of its velocity or displacement" in capfd.readouterr().err
+    assert "give the acceleration of the base instead of its velocity or displacement" in capfd.readouterr().err

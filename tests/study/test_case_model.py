@@ -226,15 +226,19 @@ def test_a_reduced_model_knows_its_boundary(tmp_path: Path) -> None:
 
 MISTAKES = {
     "two ways": ("dof = 2\nphase", "dof = 2\nnode = 7\nphase", "load[0]: dof and node are given: give one of dof"),
-    "no node": ("node = 7", "node = 9", "place[0].node = 9: node = 9 is no node of the structure: it has nodes 5 to 7"),
+    "no node": (
+        "node = 7",
+        "node = 9",
+        "place[0].node = 9: node = 9 is not a node of the structure: it has nodes 5 to 7",
+    ),
     "direction not kept": (
         'direction = "z"\n[[place]]',
         'direction = "ry"\n[[place]]',
         "does not exist at node = 7: it has",
     ),
     "no stored row": ('name = "middle"\nrow = "rows"', 'name = "middle"\nrow = "row"', 'did you mean "rows"?'),
-    "no place": ('place = "end"', 'place = "start"', 'place = "start" is none of the case'),
-    "no line": ('line = "left"', 'line = "wall"', 'line = "wall" is none of the case: there are left'),
+    "no place": ('place = "end"', 'place = "start"', 'place = "start" is not in the case'),
+    "no line": ('line = "left"', 'line = "wall"', 'line = "wall" is not in the case: there are left'),
     "pressed twice": (
         "balanced_preload = true",
         'pressed_by = "screw"',
@@ -247,12 +251,16 @@ MISTAKES = {
         '[[joint]]\nkind = "cubic"',
         'pressed_by = "weight" is a dead weight: list the line in its presses instead',
     ),
-    "nothing pressed": ('presses = ["left"]', 'presses = ["right"]', 'presses: "right" is no line of the case'),
-    "weight and line": ('name = "weight"', 'name = "left"', 'name = "left" is taken by line[0]: give each its own'),
-    "name twice": ('name = "b"', 'name = "a"', 'name = "a" is taken by sensor[0]: give each its own'),
+    "nothing pressed": ('presses = ["left"]', 'presses = ["right"]', 'presses: "right" is not a line of the case'),
+    "weight and line": (
+        'name = "weight"',
+        'name = "left"',
+        'name = "left" is already used by line[0]: give each a different name',
+    ),
+    "name twice": ('name = "b"', 'name = "a"', 'name = "a" is already used by sensor[0]: give each a different name'),
     "too few values": ('["2 N/um", "3 N/um"]', '["2 N/um", "3 N/um", "4 N/um"]', "has 3 values for 2 contacts"),
     "rows do not match": ('tangent = { row = "rows" }', "tangent = { dof = 1 }", "tangent has 1 rows, normal 2"),
-    "shares and own": ("balanced", "shares = [1, 2]\nbalanced", "normal_stiffness has a value for each contact, and"),
+    "shares and own": ("balanced", "shares = [1, 2]\nbalanced", "normal_stiffness has a value for each contact, but"),
     "unit": ('preload = "5 N"', 'preload = "5 m"', 'preload = "5 m": "m" makes it a length, but a force is needed'),
     "decimal comma": ('preload = "5 N"', 'preload = "5,2 N"', "write a decimal point, not a comma"),
     "two dampings": (
@@ -272,7 +280,7 @@ MISTAKES = {
         "[[structure.dof]]\n[[static_load]]",
         "1 tables [[structure.dof]] for 3 degrees of freedom",
     ),
-    "refined is itself": ("[harmonics]", 'refined = ["case.toml"]\n[harmonics]', "is this case itself"),
+    "refined is itself": ("[harmonics]", 'refined = ["case.toml"]\n[harmonics]', "is this case"),
 }
 
 
@@ -292,7 +300,7 @@ def test_a_mistake_is_one_sentence_with_its_line(folder: Path, name: str) -> Non
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
-        ('name = "middle"', 'name = "centre"', 'has no place "middle", where an effect may act: name it there'),
+        ('name = "middle"', 'name = "centre"', 'has no place "middle", where an effect may act: add it there'),
         ('name = "a"', 'name = "c"', 'has no sensor "a": give both cases the same sensors'),
     ],
 )
@@ -317,7 +325,7 @@ def test_all_mistakes_come_at_once(folder: Path) -> None:
 
 def test_parts_add_up_to_the_structure(folder: Path) -> None:
     np.savez(folder / "chain.npz", M=M, K=K, part_base_mass=0.5 * M, part_base_stiffness=K)
-    with pytest.raises(CaseError, match="the parts base do not add up to the mass: store every part, or none"):
+    with pytest.raises(CaseError, match="the parts base do not add up to the mass: store all parts, or none"):
         read_case(written(folder, CASE))
 
 

@@ -60,7 +60,7 @@ def test_no_load(two_masses: TwoMasses, refused: Refused, command: str) -> None:
     case = two_masses({})
     case.write_text(read_text(case) + SWEEP, encoding="utf-8")
     without(case, "[[load]]")
-    assert re.search(r"\[\[load\]\] is missing, so that nothing vibrates: add one", refused(command))
+    assert re.search(r"\[\[load\]\] is missing, so nothing vibrates: add one", refused(command))
 
 
 @pytest.mark.parametrize("command", ["solve", "limits"])
@@ -68,7 +68,7 @@ def test_no_sensor(two_masses: TwoMasses, refused: Refused, command: str) -> Non
     case = two_masses({})
     case.write_text(read_text(case) + SWEEP, encoding="utf-8")
     without(case, "[[sensor]]")
-    assert re.search(r"\[\[sensor\]\] is missing, so that nothing is shown: add one", refused(command))
+    assert re.search(r"\[\[sensor\]\] is missing, so nothing is shown: add one", refused(command))
 
 
 def test_no_sensor_is_no_lack_where_the_campaign_has_them(two_masses: TwoMasses) -> None:
@@ -79,13 +79,13 @@ def test_no_sensor_is_no_lack_where_the_campaign_has_them(two_masses: TwoMasses)
 def test_no_joint_that_slides(two_masses: TwoMasses, refused: Refused) -> None:
     case = two_masses({})
     case.write_text(read_text(case) + SWEEP, encoding="utf-8")
-    assert re.search("response limits cannot be searched for", refused("limits"))
+    assert re.search("response limits cannot be computed", refused("limits"))
 
 
 @pytest.mark.parametrize(
     ("command", "said"),
     [
-        ("reduce", r"`stickslip reduce` .* case of plain matrices: .* write kind = \"matrices\""),
+        ("reduce", r"`stickslip reduce` .* case of plain matrices: .* give kind = \"matrices\""),
     ],
 )
 def test_nothing_to_do_with_plain_matrices(two_masses: TwoMasses, refused: Refused, command: str, said: str) -> None:

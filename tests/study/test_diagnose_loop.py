@@ -163,7 +163,7 @@ REFUSALS = [
     (("diagnose", "chain.toml", "campaign", "--out", "chain.toml"), "the output folder chain.toml is a file"),
     (("add", "mass at tip"), "it has no diagnosis, from which .*: run stickslip diagnose, or give --value"),
     (("add", "mas at tip"), 'there is no effect "mas at tip"; did you mean "mass at tip"'),
-    (("add", "preload"), 'the effect "preload" cannot act here: the model has no contact lines'),
+    (("add", "preload"), 'the effect "preload" cannot act in this case: the model has no contact lines'),
     (("add", "mass at tip", "--value", "5 mm"), '--value "5 mm": "mm" makes it a length'),
     (("add", "mass at tip", "--value", "5 g", "--value", "2"), r'"mass at tip" has 1 values \(mass\), not 2'),
     (("add",), "no effect is named: give one as the diagnosis writes it"),

@@ -68,7 +68,7 @@ def test_a_case_that_disagrees_is_used_with_a_sentence(home: Path, capfd: pytest
     (home / "my.toml").write_text(own("72 GPa"))
     read_case(home / "my.toml")
     told = capfd.readouterr().err
-    assert "bar.inp carries the material ALLOY, 70 GPa, 0.33, 2700 kg/m^3 (read in N, m and s), whose young" in told
+    assert "bar.inp contains the material ALLOY, 70 GPa, 0.33, 2700 kg/m^3 (read in N, m and s), whose young" in told
     (home / "my.toml").write_text(own("70 GPa"))
     read_case(home / "my.toml")
     assert "ALLOY" not in capfd.readouterr().err
@@ -136,13 +136,13 @@ def test_modes_without_pictures_write_the_grid_alone_with_the_material_of_the_de
         told = capfd.readouterr()
         result.append(json.loads(told.out)["frequency_hz"][0])
         assert [Path(file).name for file in json.loads(told.out)["files"]] == ["bar_modes.vtu"]
-        assert ("carries a material of 70 GPa" in told.err) == ("280 GPa" in more)
+        assert ("contains a material of 70 GPa" in told.err) == ("280 GPa" in more)
     assert {file.name for file in (home / "out").iterdir()} == {"bar_modes.vtu"}
     assert result[1] == pytest.approx(result[0], rel=1e-12)
     # Frequencies grow with the root of the modulus.
     assert result[2] == pytest.approx(2 * result[0], rel=1e-9)
     assert main([*words, "--film", "1"]) != 0
-    assert "--film 1 is a picture" in capfd.readouterr().err
+    assert "--film 1 needs pictures" in capfd.readouterr().err
 
 
 SECOND = "*MATERIAL, NAME=STEEL\n*ELASTIC\n2.1e11, 0.3\n*DENSITY\n7800.\n"
@@ -218,13 +218,13 @@ def test_a_seam_of_nodes_that_are_not_merged_is_told(home: Path, bar: Mesh, capf
         words = ["modes", name, "--length-unit", "m", "--fix", "ends", "--n-modes", "1", "--no-pictures"]
         assert main(words) == 0
         told = capfd.readouterr().err
-        assert (f"{len(middle)} pairs of nodes at one place" in told) == (name == "parted.vtu")
+        assert (f"{len(middle)} pairs of coincident nodes" in told) == (name == "parted.vtu")
     for lines, is_told in (("", True), (LINE, False)):
         (home / "my.toml").write_text(PARTED + lines)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             read_case(home / "my.toml")
-        assert any("pairs of nodes" in str(item.message) for item in caught) == is_told
+        assert any("pairs of coincident nodes" in str(item.message) for item in caught) == is_told
 
 
 PARTED = (

@@ -47,10 +47,10 @@ def test_only_numbers_that_are_not_reached_are_told() -> None:
     of = REDUCTION.assembly
     assert report_fewer_rig_modes(of, 40) == []  # type: ignore[arg-type]
     (said,) = report_fewer_rig_modes(of, 41)  # type: ignore[arg-type]
-    assert said == "all 40 fixed-interface modes of the bodies are kept: there are no more, though modes = 41"
+    assert said == "all 40 fixed-interface modes of the bodies are kept: there are no more, although modes = 41"
     asked = {**dict.fromkeys(BODIES, 8), "blade": 9, "damper_right": 7}
     (said,) = report_fewer_rig_modes(of, asked)  # type: ignore[arg-type]
-    assert said == "all 8 fixed-interface modes of blade are kept: there are no more, though blade = 9"
+    assert said == "all 8 fixed-interface modes of blade are kept: there are no more, although blade = 9"
 
 
 @pytest.mark.parametrize("command", ["solve", "limits"])

@@ -172,7 +172,7 @@ def test_contacts_that_are_open_at_rest_hold_no_resonance(home: Path, capfd: pyt
 def test_the_remedy_for_a_list_of_frequencies_is_a_longer_one(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (home / "my.toml").write_text(CASE + 'frequencies = ["170 Hz", "194 Hz"]\n')
     assert cli.main(["limits", "my.toml", "--out", "out"]) == 0
-    assert "may pass by its top; give more of them there, 0.8 Hz apart" in capfd.readouterr().err
+    assert "may miss the peak; give more frequencies there, 0.8 Hz apart" in capfd.readouterr().err
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -284,10 +284,10 @@ MISTAKES = [
     ('reach = "-1 um"\n', 'limits.reach = "-1 um": must be positive'),
     ("reach = 3\n", 'limits.reach = 3: .*give a unit, e.g. "5 um"'),
     ('step = "1 mHz"\n', 'limits.step = "1 mHz": .* 20001 points of each level: take at most 2000'),
-    ('frequencies = ["140 Hz"]\nfrom = "1 Hz"\n', "frequencies are a list of their own: remove them, or from"),
+    ('frequencies = ["140 Hz"]\nfrom = "1 Hz"\n', "frequencies replace from, to and step: remove frequencies, or from"),
     ('objective = "static force"\n', 'objective = "static force" needs contact = "NAME", a contact or a contact line'),
     ('objective = "static force"\ncontact = "lid"\n', 'limits.contact = "lid": .* give one of "pad"'),
-    ('contact = "pad"\n', 'contact has no meaning with objective = "amplitude": remove it, or take'),
+    ('contact = "pad"\n', 'contact is not used with objective = "amplitude": remove it, or take'),
     ('objective = "static force"\ncontact = "pad"\ndirection = "second tangential"\n', 'no direction 1: give -1'),
     ('objective = "amplitud"\n', 'limits.objective = "amplitud": must be "amplitude"'),
     ("levels = [1, 1]\n", "limits.levels = [1, 1]: 1 appears twice: remove one"),
@@ -318,7 +318,7 @@ def test_contacts_without_sliders_or_with_coupled_tangents_are_refused(
     (home / "my.toml").write_text(text)
     assert cli.main(["limits", "my.toml", "--out", "out", "--quiet"]) == 2
     assert "my.toml:" in (shown := capsys.readouterr().err)
-    assert "the response limits cannot be searched for" in shown
+    assert "the response limits cannot be computed" in shown
 
 
 # A rig.

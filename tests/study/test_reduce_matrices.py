@@ -166,7 +166,7 @@ def test_a_node_is_named_by_its_number_in_the_files(home: Path, capfd: pytest.Ca
     assert peaks[1] == peaks[0]
     (home / "solve.toml").write_text(CASE + WHAT_TO_SOLVE.replace('at = "tip"', "node = 30"))
     assert stickslip("solve", "solve.toml", "--out", "solved") == 2
-    assert "node = 30 is no node of the structure: it has nodes 16 to 31" in capfd.readouterr().err
+    assert "node = 30 is not a node of the structure: it has nodes 16 to 31" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("seed", range(4))  # rigid motions get a stiffness of either sign
@@ -204,10 +204,10 @@ def test_modes_beyond_the_interior_are_said_not_to_be_there(
     (home / "beam.toml").write_text(CASE.replace("modes = 12", f"modes = {modes}"))
     assert stickslip("reduce", "beam.toml", "--out", "out") == 0
     said = capfd.readouterr().out
-    sentence = f"all {kept} fixed-interface modes of the interior are kept: there are no more, though modes = {modes}"
+    sentence = f"all {kept} fixed-interface modes of the interior are kept: there are no more, although modes = {modes}"
     assert (sentence in said) == (modes > kept)
     assert "estimated truncation error" in said
-    assert "The error is that of the modes left out alone" in said
+    assert "The error is only that of the omitted modes" in said
 
 
 def test_a_second_run_finds_everything_kept(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -256,7 +256,7 @@ Change = Callable[[str], str]
             "structure.boundary[1].nodes = [99]: node 99 has no degree of freedom x, y, z: no row belongs to it",
         ),
         ("nodes = [16]", "nodes = [1]", 'structure.boundary[1].nodes = [1]: "middle" keeps node 1 z, which a support'),
-        ('name = "middle"', 'name = "tip"', 'structure.boundary[1].name = "tip": "tip" is taken'),
+        ('name = "middle"', 'name = "tip"', 'structure.boundary[1].name = "tip": "tip" is used twice'),
         ("nodes = [16]", "nodes = [2147483648]", "structure.boundary[1].nodes"),
         ("nodes = [16]", f"nodes = [{10**30}]", "structure.boundary[1].nodes"),
         ("nodes = [16]", f"nodes = [{'9' * 5000}]", "beam.toml: it has a number with thousands of digits"),
@@ -288,7 +288,7 @@ def test_mistakes_are_told_with_file_and_key(
 def test_two_dampings_are_refused(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (home / "beam.toml").write_text(CASE.replace("dofs =", 'damping = "m.mtx"\ndofs ='))
     assert stickslip("reduce", "beam.toml", "--out", "out") == 2
-    assert "ratio = 0.01 meets matrices with damping of their own" in capfd.readouterr().err
+    assert "ratio = 0.01 is given, but the files already contain a damping matrix" in capfd.readouterr().err
 
 
 def test_solving_needs_a_sweep(home: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -139,7 +139,7 @@ def test_both_ends_of_a_line_are_told(home: Path, capfd: pytest.CaptureFixture[s
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
     said = capfd.readouterr().err
     assert all(f"structure.line[0].{key} = " in said for key in ("from", "to"))
-    assert said.count("it lies 4 mm beside the face") == 2
+    assert said.count("it lies 4 mm off the face") == 2
 
 
 @pytest.mark.parametrize("kept", ['["z"]', '["x"]'])
@@ -165,7 +165,7 @@ def test_the_point_that_is_proposed_lies_on_the_part_wherever_that_is(
     given = 'at = ["12350 mm", "3 mm", "-3140 mm"]'
     (home / "bar.toml").write_text(text.replace('at = ["7 mm", "3 mm", "60 mm"]', given))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
-    proposed = re.search(r"the nearest point there is (\[.*?\]): give that", capfd.readouterr().err)
+    proposed = re.search(r"the nearest point of the face is (\[.*?\]): give that", capfd.readouterr().err)
     assert proposed is not None
     (home / "bar.toml").write_text(text.replace('at = ["7 mm", "3 mm", "60 mm"]', f"at = {proposed[1]}"))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 0
@@ -267,24 +267,24 @@ def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, m
             'on = ["hand"]',
             'structure.support[0].on = ["hand"]: there is no "hand": the sets of bar.inp are belt',
         ),
-        ('name = "rub"', 'name = "tip"', 'structure.line[0].name = "tip": "tip" is taken'),
+        ('name = "rub"', 'name = "tip"', 'structure.line[0].name = "tip": "tip" is used twice'),
         (
             '"7 mm", "3 mm", "60 mm"',
             '"7 mm", "3 mm", "80 mm"',
-            'bar.toml:17: structure.point[0].at = ["7 mm", "3 mm", "80 mm"]: it lies 20 mm beside the face; '
-            'the nearest point there is ["7 mm", "3 mm", "60 mm"]: give that',
+            'bar.toml:17: structure.point[0].at = ["7 mm", "3 mm", "80 mm"]: it lies 20 mm off the face; '
+            'the nearest point of the face is ["7 mm", "3 mm", "60 mm"]: give that',
         ),
         (
             '"18 mm", "5 mm", "60 mm"',
             '"18 mm", "5 mm", "62 mm"',
-            'structure.line[0].to = ["18 mm", "5 mm", "62 mm"]: it lies 2 mm beside the face; the nearest '
-            'point there is ["18 mm", "5 mm", "60 mm"]: give that',
+            'structure.line[0].to = ["18 mm", "5 mm", "62 mm"]: it lies 2 mm off the face; the nearest '
+            'point of the face is ["18 mm", "5 mm", "60 mm"]: give that',
         ),
         (
             '"2 mm", "5 mm", "60 mm"',
             '"2 mm", "5 mm", "57 mm"',
-            'structure.line[0].from = ["2 mm", "5 mm", "57 mm"]: it lies 3 mm beside the face; the nearest '
-            'point there is ["2 mm", "5 mm", "60 mm"]: give that',
+            'structure.line[0].from = ["2 mm", "5 mm", "57 mm"]: it lies 3 mm off the face; the nearest '
+            'point of the face is ["2 mm", "5 mm", "60 mm"]: give that',
         ),
         (
             '"18 mm", "5 mm", "60 mm"',
@@ -302,7 +302,7 @@ def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, m
         (
             'on = "belt"',
             'on = "foot"',
-            'structure.boundary[0].on = "foot": all 45 nodes of "middle" are held along x, y: keep another set',
+            'structure.boundary[0].on = "foot": all 45 nodes of "middle" are fixed along x, y: retain another set',
         ),
         ("modes = 12", "modes = -1", "structure.reduction.modes"),
         ('young = "2.1e+11 Pa"', 'young = "-1 Pa"', "structure.material.young"),
@@ -344,7 +344,7 @@ def test_a_part_without_anything_physical_and_other_commands_are_refused(
     bare = MESH_CASE.split("[[structure.support]]")[0]
     (home / "bar.toml").write_text(bare)
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
-    assert "nothing stays physical: name a [[structure.point]]" in capfd.readouterr().err
+    assert "no degree of freedom is retained: add a [[structure.point]]" in capfd.readouterr().err
     assert stickslip("modes", "bar.toml", "--out", "out") == 2
     said = capfd.readouterr().err
     assert "case of a part" in said
@@ -491,7 +491,7 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
     # A mistake that shows on the mesh alone: what was finished before is kept.
     (cad / "bar.toml").write_text(STEP_CASE.replace('"18 mm", "5 mm", "60 mm"', '"18 mm", "5 mm", "66 mm"'))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
-    assert '"66 mm"]: it lies 6 mm beside the face' in capfd.readouterr().err
+    assert '"66 mm"]: it lies 6 mm off the face' in capfd.readouterr().err
 
     def fail(*_: object) -> None:
         raise AssertionError
@@ -527,7 +527,7 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
         (
             '"bar.step"',
             '"bar.inp"',
-            '[structure.mesh] is for STEP files, which end in .step, .stp; file = "bar.inp" is taken for a mesh',
+            '[structure.mesh] is for STEP files, which end in .step, .stp; file = "bar.inp" is read as a mesh',
         ),
         (
             "normal = [0, 0, -1]",

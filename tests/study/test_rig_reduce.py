@@ -398,7 +398,7 @@ def test_a_pair_and_a_side_override_what_is_common(tmp_path: Path, short_rig: st
         (
             "mu = 0.8",
             'mu = 0.8\n[structure.dead_weight.left]\nshift = "9 mm"',
-            r'structure\.dead_weight\.left\.shift = "9 mm": .* beside the damper\'s cylinder.*: give -6 mm to 6 mm',
+            r'structure\.dead_weight\.left\.shift = "9 mm": .* outside the damper\'s cylinder.*: give -6 mm to 6 mm',
         ),
         (
             "mu = 0.8",

@@ -235,7 +235,7 @@ def test_the_command_says_how_the_rig_rests_and_what_each_curve_does(document: d
             '[structure.dead_weight.right]\ninclination = "80 deg"\n[sweep]',
             'structure.dead_weight.right.inclination = "80 deg": under the static load "right_blade" opens all along',
         ),
-        ("[sweep]", '[structure.dead_weight.left]\nshift = "7 mm"\n[sweep]', "lies beside the damper's cylinder"),
+        ("[sweep]", '[structure.dead_weight.left]\nshift = "7 mm"\n[sweep]', "is outside the damper's cylinder"),
         # A wire that pushes down instead of pulling up takes the damper out of its grooves.
         (
             "[sweep]",
@@ -251,12 +251,12 @@ def test_the_command_says_how_the_rig_rests_and_what_each_curve_does(document: d
         (
             "[sweep]",
             '[structure.contact.left_blade]\ngap_end = "2 um"\ngap_angle = "0.1 deg"\n[sweep]',
-            "gap_end and gap_angle say the same twice: remove one",
+            "gap_end and gap_angle both give the gap: remove one",
         ),
         (
             "[sweep]",
             '[structure.contact.left_blade]\ngap_angle = "-0.1 deg"\n[sweep]',
-            "gap_angle = -0.1 deg leaves a gap of -21.18 um at the damper's shoulder",
+            "gap_angle = -0.1 deg gives a gap of -21.18 um at the damper's shoulder",
         ),
         (
             "[sweep]",

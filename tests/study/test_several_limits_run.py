@@ -143,7 +143,7 @@ def test_a_sensor_or_a_contact_is_the_only_one_and_one_frequency_is_told_in_word
 @pytest.mark.parametrize(
     ("added", "message"),
     [
-        ('direction = "normal"\n', 'direction has no meaning with objective = "all"'),
+        ('direction = "normal"\n', 'direction is not used with objective = "all"'),
         ('sensor = "tip"\n', 'my.toml:.*limits.sensor = "tip": .* give one of "mass", "other/mass"'),
         ('contact = "lid"\n', 'my.toml:.*limits.contact = "lid": .* give one of "pad"'),
     ],

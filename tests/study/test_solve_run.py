@@ -243,7 +243,7 @@ preload = "5 N"
     np.testing.assert_allclose(closed + [float(row["stop separated"]) for row in rows], 1, rtol=1e-9)
 
     states, loops = (
-        drawn["One mass: what the contacts do"],
+        drawn["One mass: contact states"],
         drawn["One mass: contacts at the highest point of each curve"],
     )
     assert [item.get_text() for item in states.legends[0].get_texts()] == ["stuck", "slipping", "closed", "separated"]

@@ -190,21 +190,27 @@ def test_the_files_agree_and_limits_spread_too(home: Path, capfd: pytest.Capture
     [
         ('distribution = "normal"\nsd = 0.1', r"uncertain\[0\]: a normal distribution needs a mean: add mean"),
         ('distribution = "uniform"', r"a uniform distribution needs a mean: .* or from and to"),
-        ('distribution = "normal"\nmean = 1', r"needs a standard deviation: give one of sd"),
+        ('distribution = "normal"\nmean = 1', r"needs a standard deviation: give either sd"),
         ('distribution = "normal"\nmean = 1\nsd = -0.1', r"uncertain\[0\]\.sd = -0\.1: must be positive"),
         ('distribution = "normal"\nmean = 1\nsd = 0', r"uncertain\[0\]\.sd = 0: must be positive"),
         ('distribution = "normal"\nmean = 1\nsd = "2 N"', r'2 is in "N", but the other values are a bare number'),
-        ('distribution = "normal"\nmean = 1\nsd = 1\nfrom = 0', r"from has no meaning for a normal distribution"),
-        ('distribution = "lognormal"\nmean = -1\nsd = 1', r"mean = -1: a lognormal distribution has positive values"),
+        ('distribution = "normal"\nmean = 1\nsd = 1\nfrom = 0', r"from is not used for a normal distribution"),
+        (
+            'distribution = "lognormal"\nmean = -1\nsd = 1',
+            r"mean = -1: a lognormal distribution has only positive values",
+        ),
         ('distribution = "uniform"\nfrom = 2\nto = 1', r"from = 2 is not below to = 1"),
-        ('distribution = "uniform"\nfrom = 2', r"lacks its other bound: add to"),
+        ('distribution = "uniform"\nfrom = 2', r"has only one bound: add to"),
         ('distribution = "uniform"\nfrom = 1\nto = 2\nmean = 1', r"from and to or by mean and sd"),
         ('distribution = "gauss"\nmean = 1\nsd = 1', r'distribution = "gauss": must be "normal", "lognormal" or'),
         (
             'distribution = "normal"\nmean = 1\nsd = 0.5',
-            r"mu = -.* of this normal distribution is no value of the case",
+            r"mu = -.* of this normal distribution is not a valid value of the case",
         ),
-        ('distribution = "uniform"\nfrom = -1\nto = 1', r"mu = 0 of this uniform distribution is no value of the case"),
+        (
+            'distribution = "uniform"\nfrom = -1\nto = 1',
+            r"mu = 0 of this uniform distribution is not a valid value of the case",
+        ),
     ],
 )
 def test_a_distribution_that_cannot_be_is_refused_in_one_sentence(home: Path, keys: str, message: str) -> None:
@@ -225,9 +231,9 @@ def test_a_distribution_that_cannot_be_is_refused_in_one_sentence(home: Path, ke
         (uncertain("mu", "normal", "mean = 1\nsd = 0.1") * 2, {}, r"named twice"),
         (uncertain("bearing", "normal", "mean = 1\nsd = 0.1"), {}, r"bearing: it is a factor"),
         (uncertain("wall.preload", "normal", "mean = 4\nsd = 1"), {}, r"preload = 4\.0: give a unit"),
-        (TWO, {"draws": 48}, r"draws = 48: Sobol points need a power of two"),
+        (TWO, {"draws": 48}, r"draws = 48: a Sobol sequence needs a power of two"),
         (TWO, {"draws": -2}, r"draws = -2"),
-        (TWO, {"draws": 8192}, r"draws = 8192 of 2 parameters are 32768 points, at most 20000"),
+        (TWO, {"draws": 8192}, r"draws = 8192 of 2 parameters need 32768 points, but at most 20000 are"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused_in_one_sentence(

@@ -36,7 +36,9 @@ def test_an_error_that_is_a_power_of_the_size_is_taken_out_exactly(
     ],
 )
 def test_frequencies_without_a_limit_are_refused_with_their_values(frequencies: list[float]) -> None:
-    with pytest.raises(InputError, match=r"frequencies 122, .* Hz of the nested meshes show no limit: start from a f"):
+    with pytest.raises(
+        InputError, match=r"frequencies 122, .* Hz of the nested meshes do not converge: start from a f"
+    ):
         richardson(frequencies, 2.0, 2)
 
 

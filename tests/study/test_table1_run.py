@@ -197,10 +197,10 @@ def test_nested_meshes_without_a_limit_leave_the_table_standing(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_: object) -> None:
-        raise InputError("frequencies 1, 2, 4 Hz show no limit: start from a finer mesh")
+        raise InputError("frequencies 1, 2, 4 Hz do not converge: start from a finer mesh")
 
     monkeypatch.setattr("study.table1.study.richardson", refuse)
     before = entries(run.folder)
     assert again(run, monkeypatch, tmp_path) == 0
-    assert "show no limit: start from a finer mesh" in (tmp_path / "table1.html").read_text(encoding="utf-8")
+    assert "do not converge: start from a finer mesh" in (tmp_path / "table1.html").read_text(encoding="utf-8")
     assert entries(run.folder) == before

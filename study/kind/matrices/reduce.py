@@ -60,8 +60,8 @@ def reduced_matrices(
         return compare_reduction(system, boundary, n_mode, damping_ratio, provenance)
     except np.linalg.LinAlgError as error:
         raise MatrixFileError(
-            f"the modes of the reduced model cannot be found ({error}): check signs and units of mass and stiffness, "
-            "and write them with more digits"
+            f"the modes of the reduced model cannot be computed ({error}): check signs and units of mass and "
+            "stiffness, and write them with more digits"
         ) from error
 
 
@@ -104,7 +104,9 @@ def reduce_matrices(opened: OpenCase, run: RunContext) -> tuple[ComparedReductio
     ratio = None if table.damping is None else table.damping.viscous_ratio
     if ratio is not None and read.damping.nnz:
         with located(case, "structure", "damping"):
-            raise MatrixFileError(f"ratio = {ratio:g} meets matrices with damping of their own: remove one of the two")
+            raise MatrixFileError(
+                f"ratio = {ratio:g} is given, but the files already contain a damping matrix: remove one of the two"
+            )
     with located(case, "structure", "files"):
         free = read.system(fixed)
     boundary = {name: free.row[rows] for name, rows in retained.items()}
@@ -185,14 +187,14 @@ def _find_rows(case: Case[MatricesTable], read: ImportedMatrices) -> tuple[Rows,
                 fixed = np.intersect1d(rows, every)
                 if len(fixed):
                     raise MatrixFileError(
-                        f'"{table.name}" keeps {read.dofs.name(int(fixed[0]))}, which a support holds: take it out of '
+                        f'"{table.name}" keeps {read.dofs.name(int(fixed[0]))}, which a support fixes: remove it from '
                         "one of the two"
                     )
             turning = read.dofs.direction[rows] >= N_TRANSLATION
             for name, own in ((table.name, rows[~turning]), (f"{table.name} rotation", rows[turning])):
                 if name in retained:
                     with at_key(case, "structure", "boundary", number, "name"):
-                        raise MatrixFileError(f'"{name}" is taken: give each boundary its own')
+                        raise MatrixFileError(f'"{name}" is used twice: give each boundary a different name')
                 if len(own):
                     retained[name] = own
     mistakes.raise_if_any()
@@ -246,7 +248,7 @@ def without_name(message: str, key: str, file: Path) -> str:
     missing = f'there is no file "{file}": check its name and folder'
     if message.startswith(missing):
         rest = message.removeprefix(missing)
-        return f"there is no such file: check its name and folder, which count from the case{rest}"
+        return f"there is no such file: check its name and folder, which are relative to the case file{rest}"
     for between in (": ", ", ", " "):
         if message.startswith(f'"{file}"{between}'):
             return message.removeprefix(f'"{file}"{between}')

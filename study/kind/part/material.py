@@ -47,7 +47,7 @@ def find_part_material(case: Case[PartTable], folder: Path, run: RunContext) -> 
         assert table.length_unit is not None
         content = describe_material(carried.material, table.length_unit)
         run.warn(
-            f"{table.file} carries the material {carried.name}, {content}, whose {' and '.join(names)} is not that of "
-            "[structure.material]: the case is used; remove the table to use the file's"
+            f"{table.file} contains the material {carried.name}, {content}, whose {' and '.join(names)} differs from "
+            "[structure.material]: the values of the case are used; remove the table to use those of the file"
         )
     return material

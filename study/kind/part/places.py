@@ -76,14 +76,16 @@ def check_names(case: Case[PartTable], known: frozenset[str], what: str) -> None
     def check(name: str, *path: str | int) -> None:
         with mistakes.at(), at_key(case, "structure", *path):
             if name not in known:
-                raise MeshError(f'there is no "{name}": {what} {", ".join(sorted(known)) or "none"}')
+                raise MeshError(f'"{name}" does not exist: {what} {", ".join(sorted(known)) or "none"}')
 
     taken: set[str] = set()
     for table in NAMING:
         for number, entry in enumerate(getattr(case.structure, table)):
             with mistakes.at(), at_key(case, "structure", table, number, "name"):
                 if entry.name in taken:
-                    raise MeshError(f'"{entry.name}" is taken: give each point, line and boundary its own')
+                    raise MeshError(
+                        f'"{entry.name}" is used twice: give each point, line and boundary a different name'
+                    )
             taken.add(entry.name)
             if entry.on is not None:
                 check(entry.on, table, number, "on")
@@ -95,8 +97,8 @@ def check_names(case: Case[PartTable], known: frozenset[str], what: str) -> None
     if not taken:
         with mistakes.at():
             raise MeshError(
-                "nothing stays physical: name a [[structure.point]], [[structure.line]] or [[structure.boundary]] to "
-                "act and look at"
+                "no degree of freedom is retained: add a [[structure.point]], [[structure.line]] or "
+                "[[structure.boundary]] for joints, loads and sensors"
             )
     mistakes.raise_if_any()
 
@@ -171,8 +173,8 @@ def _check_free(name: str, retained: Support, supports: Sequence[Support]) -> No
     if fixed and np.isin(_number_dofs(retained), np.concatenate(fixed)).all():
         along = ", ".join(TRANSLATIONS[item] for item in retained.directions)
         raise MeshError(
-            f'all {len(retained.nodes)} nodes of "{name}" are held along {along}: keep another set, or take what holds '
-            "them out of [[structure.support]]"
+            f'all {len(retained.nodes)} nodes of "{name}" are fixed along {along}: retain another set, or remove what '
+            "fixes them from [[structure.support]]"
         )
 
 
@@ -192,7 +194,7 @@ def _find_nodes(mesh: Mesh, name: str) -> NDArray[np.int64]:
         alone = Mesh(points=mesh.points, cells=mesh.cells, face_sets={name: mesh.face_sets[name]})
         if not np.array_equal(alone.nodes(name), mesh.nodes(name)):
             raise MeshError(
-                f'two sets are called "{name}", one of nodes and one of faces, which hold different nodes: rename one'
+                f'two sets are called "{name}", one of nodes and one of faces, with different nodes: rename one'
             )
     return mesh.node_sets[name]
 
@@ -206,8 +208,8 @@ def _make_single_station(mesh: Mesh, name: str, on: str, place: tuple[float, flo
         # To a nanometre, whose rounding no tolerance sees.
         x, y, z = (f"{round(1e3 * item, 6) + 0.0:.12g} mm" for item in error.nearest)
         raise MeshError(
-            f"it lies {error.distance * 1e3:.4g} mm beside the face; the nearest point there is "
-            f'["{x}", "{y}", "{z}"]: give that, or another place on the face'
+            f'it lies {error.distance * 1e3:.4g} mm off the face; the nearest point of the face is ["{x}", "{y}", '
+            f'"{z}"]: give that, or another point of the face'
         ) from error
     return ContactLine(
         name=name, stations=at, normal=normal, tangents=np.zeros((1, 2, 3)), tributary_length=np.zeros(1)
@@ -225,6 +227,6 @@ def _make_line(mesh: Mesh, table: StationLineTable) -> ContactLine:
         return line_between(mesh, table.name, table.on, (start, np.array(table.end)), table.stations)
     except PointOffSurface as error:
         raise MeshError(
-            f"station {error.number} of 0 to {table.stations - 1} lies {error.distance * 1e3:.4g} mm beside the face, "
-            "though both ends lie on it: give two points whose straight line stays on the face, or an edge"
+            f"station {error.number} of 0 to {table.stations - 1} lies {error.distance * 1e3:.4g} mm off the face, "
+            "although both ends lie on it: give two points whose connecting line stays on the face, or an edge"
         ) from error

@@ -172,7 +172,7 @@ def reduced_part(
     free = {name: result[result >= 0] for name, result in rows.items()}
     for name, result in free.items():
         if not len(result):
-            raise SupportError(f'all nodes of "{name}" are held: take it out of the boundary or out of the support')
+            raise SupportError(f'all nodes of "{name}" are fixed: remove it from the boundary or from the support')
     compared = compare_reduction(system, free, n_mode, damping_ratio, provenance)
     if place is not None:
         rom = replace(compared.rom, recovery=place.displacement(system, compared.rom.recovery))

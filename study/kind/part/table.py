@@ -97,7 +97,9 @@ class StationLineTable(CaseModel):
         if self.edge is None and None in straight:
             raise ValueError("give a face with two of its points (on, from and to), or the edge of two faces (edge)")
         if self.edge is not None and (self.on is not None or self.end is not None):
-            raise ValueError("has an edge, which says where it lies: remove on and to (from tells where it begins)")
+            raise ValueError(
+                "has an edge, which gives its position: remove on and to (from is the end where it begins)"
+            )
         if self.edge is not None and self.edge[0] == self.edge[1]:
             raise ValueError(f'edge names "{self.edge[0]}" twice: name the two faces that meet there')
         return self
@@ -145,17 +147,21 @@ class PartTable(StructureTable):
         if self.is_step and self.material is None:
             raise ValueError("table [structure.material] is missing: add it, with young, poisson and density")
         if self.is_step and self.mesh is None:
-            raise ValueError(f'file = "{self.file}" is meshed: add [structure.mesh] with a size, e.g. size = "2 mm"')
+            raise ValueError(
+                f'file = "{self.file}" has to be meshed: add [structure.mesh] with a size, e.g. size = "2 mm"'
+            )
         if self.is_step and self.length_unit is not None:
-            raise ValueError(f'length_unit is for mesh files; file = "{self.file}" knows its own: remove length_unit')
+            raise ValueError(
+                f'length_unit is for mesh files; file = "{self.file}" contains its unit: remove length_unit'
+            )
         if not self.is_step and (self.mesh is not None or self.face):
             table = "[structure.mesh]" if self.mesh is not None else "[[structure.face]]"
             raise ValueError(
-                f'{table} is for STEP files, which end in {", ".join(STEP_SUFFIXES)}; file = "{self.file}" is taken '
-                f"for a mesh: remove {table}, or name a STEP file"
+                f'{table} is for STEP files, which end in {", ".join(STEP_SUFFIXES)}; file = "{self.file}" is read as '
+                f"a mesh: remove {table}, or name a STEP file"
             )
         if not self.is_step and self.length_unit is None:
             raise ValueError(
-                f'file = "{self.file}" holds numbers without a unit: add length_unit, e.g. length_unit = "mm"'
+                f'file = "{self.file}" contains coordinates without a unit: add length_unit, e.g. length_unit = "mm"'
             )
         return self

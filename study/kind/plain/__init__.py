@@ -19,7 +19,7 @@ CASE_KINDS.register(
         summary="plain matrices",
         table=PlainTable,
         structure=_structure,
-        reduce='its matrices are used as they are: to reduce large ones, write kind = "matrices"',
+        reduce='its matrices are used as they are; for a reduction of large ones give kind = "matrices"',
         modes=None,
     )
 )

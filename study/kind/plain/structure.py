@@ -113,12 +113,12 @@ def _make_parts(matrices: StructureMatrices, arrays: Mapping[str, NDArray[np.gen
             share = np.asarray(arrays.get(f"part_{name}_{kind}", zero), dtype=np.float64)
             if share.shape != zero.shape:
                 raise MatrixError(
-                    f"part_{name}_{kind} has shape {share.shape}, the {kind} {zero.shape}: make them equal"
+                    f"part_{name}_{kind} has shape {share.shape}, the {kind} {zero.shape}: make the shapes equal"
                 )
             shares.append(share)
         whole = getattr(matrices, kind)
         if names and not np.abs(np.sum(shares, axis=0) - whole).max() <= ROUND_OFF * np.abs(whole).max():
-            raise MatrixError(f"the parts {', '.join(names)} do not add up to the {kind}: store every part, or none")
+            raise MatrixError(f"the parts {', '.join(names)} do not add up to the {kind}: store all parts, or none")
     return tuple(
         StructurePart(name=name, mass=mass, stiffness=stiffness)
         for name, mass, stiffness in zip(names, result["mass"], result["stiffness"], strict=True)
@@ -130,7 +130,9 @@ def _make_dofs_of_arrays(arrays: Mapping[str, NDArray[np.generic]], r: int) -> t
     for name, array in given.items():
         wanted = (r, 3) if name == "dof_coordinates" else (r,)
         if array.shape != wanted:
-            raise ModelDefinitionError(f"{name} has shape {array.shape}: give {wanted}, one entry a degree of freedom")
+            raise ModelDefinitionError(
+                f"{name} has shape {array.shape}: give {wanted}, one entry per degree of freedom"
+            )
     if "dof_direction" not in given:
         return ()
     directions = [str(item) for item in given["dof_direction"]]
@@ -180,8 +182,8 @@ def make_rayleigh_damping(table: RayleighTable, matrices: StructureMatrices, joi
     if matrices.has_damping and not table.replace:
         says = "" if table.ratio is None else f"ratio = {table.ratio:g}: "
         raise JointError(
-            f"{says}the file of the structure holds damping of its own: add replace = true to put this in its place, "
-            "or remove [structure.damping]"
+            f"{says}the file of the structure already contains damping: add replace = true to replace it, or remove "
+            "[structure.damping]"
         )
     mass, stiffness = matrices.mass, matrices.stiffness
     if table.ratio is not None:

@@ -72,7 +72,7 @@ def list_dead_weights(case: Case[RigTable]) -> dict[str, WirePull]:
         with located(case, "structure", "dead_weight", side):
             if abs(own.shift) > half:
                 raise JointError(
-                    f"shift = {1e3 * own.shift:g} mm lies beside the damper's cylinder, on which the wire lies: give "
+                    f"shift = {1e3 * own.shift:g} mm is outside the damper's cylinder, on which the wire lies: give "
                     f"{-1e3 * half:g} mm to {1e3 * half:g} mm"
                 )
         result[side] = WirePull(
@@ -95,8 +95,8 @@ def _compute_gaps(table: PairTable, crowning: float, line: ContactLine) -> list[
         end = table.gap_start + tan(table.gap_angle) * float(distance[-1])
         if not 0 <= end <= WIDEST_GAP:
             raise JointError(
-                f"gap_angle = {degrees(table.gap_angle):g} deg leaves a gap of {1e6 * end:.4g} um at the damper's "
-                f"shoulder, {1e6 * table.gap_start:g} um being that at its end: it must lie between 0 um and "
+                f"gap_angle = {degrees(table.gap_angle):g} deg gives a gap of {1e6 * end:.4g} um at the damper's "
+                f"shoulder, {1e6 * table.gap_start:g} um at its end: it must lie between 0 um and "
                 f"{1e6 * WIDEST_GAP:g} um"
             )
     straight = table.gap_start + (end - table.gap_start) * along

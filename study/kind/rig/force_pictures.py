@@ -93,7 +93,7 @@ def draw_forces(
             reactions=cells, title=f"{title}: forces of the arms on their load cells", subtitle=where
         ),
         "line_states": StateHistories(
-            panels=states, title=f"{title}: what the contacts do", subtitle=f"{labels[drawn]}, highest point",
+            panels=states, title=f"{title}: contact states", subtitle=f"{labels[drawn]}, highest point",
             station_label=STATION_LABEL,
         ),
     }  # fmt: skip

@@ -104,7 +104,7 @@ def _format_document(document: Mapping[str, Any], labels: Sequence[str]) -> str:
             for name, line in rest.items()
         ),
         "",
-        "Dampers as rigid bodies on their contacts, all stuck, beside bodies that do not move:",
+        "Dampers as rigid bodies on their contacts, all stuck, the other bodies fixed:",
         "",
         f"  {'motion':<18}" + "".join(f"{body:>24}" for body in dampers),
         *(

@@ -147,7 +147,7 @@ class PairTable(CaseModel):
     @model_validator(mode="after")
     def _one_way(self) -> Self:
         if self.gap_end is not None and self.gap_angle is not None:
-            raise ValueError("gap_end and gap_angle say the same twice: remove one")
+            raise ValueError("gap_end and gap_angle both give the gap: remove one")
         return self
 
     @property

@@ -76,26 +76,26 @@ def _list_remarks(document: dict[str, Any]) -> list[str]:
     sides = [row[name] for row in levels for name in SIDES]
     sampled = sum(row["n_sampled"] for row in document["quantities"][0]["levels"])
     remarks = [
-        f"  all limits come from one search with {sampled} random histories, whose outermost states began it: none of "
-        "them lies outside",
-        f"  largest residual {document['largest_residual']:.1e}, largest gain of a further step "
+        f"  all limits come from one search, started from the most extreme states of {sampled} random histories: none "
+        "of these lies outside",
+        f"  largest residual {document['largest_residual']:.1e}, largest improvement by a further step "
         f"{document['largest_realised_gain']:.1e}",
         *list_refinement_remarks(document),
     ]
     for key, words in (
-        ("at_end", "lie at an end of the frequencies: there may be more beyond"),
-        ("at_jump", "lie at a jump between local optima: nothing says what is between its neighbours"),
+        ("at_end", "lie at an end of the frequency range: more extreme values may lie beyond"),
+        ("at_jump", "lie at a jump between local optima: values between their neighbours are unknown"),
     ):
         count = sum(side[key] for side in sides)
         if count:
             remarks.append(f"  {count} of {len(sides)} of these points {words}")
     missing = sum(side["n_not_found"] for side in sides)
     if missing:
-        remarks.append(f"  {missing} limits were not found: no steady state there")
+        remarks.append(f"  {missing} limits were not found, because no steady state was found there")
     n_on_box = sum(side["n_on_box"] for side in sides)
     if n_on_box:
         remarks.append(
-            f"  at {n_on_box} of {len(sides) * document['n_frequency']} limits the box holds a slider: a wider reach "
-            "may give wider ones there"
+            f"  at {n_on_box} of {len(sides) * document['n_frequency']} limits a slider is at its bound: a larger "
+            "reach may give wider limits there"
         )
     return remarks

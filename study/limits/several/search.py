@@ -78,7 +78,7 @@ def make_several_search(
             try:
                 objective.check(balance)
             except BalanceError as error:
-                raise BalanceError(f"the limits of the {item.name} cannot be searched for: {error}") from error
+                raise BalanceError(f"the limits of the {item.name} cannot be computed: {error}") from error
     return SeveralSearch(first=first, names=tuple(item.name for item in quantities), objectives=objectives), quantities
 
 

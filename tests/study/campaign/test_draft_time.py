@@ -281,7 +281,7 @@ def test_groups_that_may_be_of_two_structures_are_suspected(
 ) -> None:
     write_decays(tmp_path / "decay.h5", *groups)
     campaign, _ = drafted(tmp_path)
-    assert any("campaign of its own" in sentence for sentence in campaign.suspicions) == suspected
+    assert any("separate campaign of each" in sentence for sentence in campaign.suspicions) == suspected
 
 
 def test_a_measured_acceleration_of_the_base_drives_and_not_the_voltage_of_its_shaker(tmp_path: Path) -> None:
