@@ -211,7 +211,7 @@ def _content(file: Path) -> bytes:
 
 
 def _ends_well(code: int, errors: str, codes: set[int]) -> str:
-    if code not in codes or "Traceback" in errors or "mistake of stickslip" in errors:
+    if code not in codes or "Traceback" in errors or "internal error of stickslip" in errors:
         return f"ended with {code}: {errors.strip()[-200:]}"
     return ""
 

@@ -289,7 +289,7 @@ def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator
             except (EOFError, ConnectionError, BrokenExecutor) as error:
                 raise ComputationFailed(
                     "a process was killed before it began, most often for lack of memory: close other programs; what "
-                    "was finished is stored, and the same command goes on from there"
+                    "was finished is stored, and the same command continues from there"
                 ) from error
             finally:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -61,7 +61,7 @@ def run_pooled(
         except BrokenExecutor as error:
             raise ComputationFailed(
                 "a process was killed, most often for lack of memory: close other programs; what was finished is "
-                f"stored, and the same command goes on from there. Or it {NO_GUARD}"
+                f"stored, and the same command continues from there. Or it {NO_GUARD}"
             ) from error
 
 

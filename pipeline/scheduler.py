@@ -183,14 +183,14 @@ class SchedulerExecutor(Executor):
             future.set_exception(
                 ComputationFailed(
                     f"{error.allowed_failures + 1} workers ended while they did the same task, the last one {where}, "
-                    "most often for lack of memory; what was finished is stored: the same command goes on from there"
+                    "most often for lack of memory; what was finished is stored: the same command continues from there"
                 )
             )
         except CancelledError:
             future.set_exception(
                 ComputationFailed(
                     "the connection to the dask scheduler is lost: start it again; what was finished is stored, and "
-                    "the same command goes on from there"
+                    "the same command continues from there"
                 )
             )
         except ModuleNotFoundError as error:

@@ -159,7 +159,7 @@ def run_in_task_process(call: RemoteCall, *shared: SharedValue) -> bytes:
         True,
         ComputationFailed(
             f"the process of a task was killed {MOST_DEATHS} times on {socket.gethostname()}, most often for lack of "
-            "memory: start fewer workers there; what was finished is stored, and the same command goes on from there"
+            "memory: start fewer workers there; what was finished is stored, and the same command continues from there"
         ),
     )
 

@@ -27,7 +27,7 @@ def check_carried_material(file: str, carried: CarriedMaterial, length_unit: flo
         None that can be used.
     """
     if carried.material is None:
-        why = f"{carried.obstacle}: " if carried.obstacle else f"{file} carries no material: "
+        why = f"{carried.obstacle}: " if carried.obstacle else f"{file} contains no material: "
         raise MeshError(why + remedy)
     material = carried.material
     values = ((material.young, YOUNGS_MODULUS), (material.density, MATERIAL_DENSITY))

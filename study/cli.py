@@ -37,26 +37,42 @@ class ExitCode(IntEnum):
 # Name, where it is, and the line in the list of commands.
 COMMANDS = (
     ("new", "study.command.new:app", "Write a first case file of a blade, a rig, a part or matrices."),
-    ("table1", "study.command.table1:app", "Reproduce the paper's mesh study: one frequency three ways, ten models."),
+    (
+        "table1",
+        "study.command.table1:app",
+        "Reproduce the mesh study of the paper: one frequency in three ways, ten models.",
+    ),
     ("modes", "study.command.modes:app", "Compute natural frequencies, and draw the mode shapes of a blade or mesh."),
-    ("reduce", "study.command.reduce:app", "Reduce a blade, a rig, your own part or matrices by Craig-Bampton."),
+    (
+        "reduce",
+        "study.command.reduce:app",
+        "Reduce a blade, a rig, your own part or matrices by the Craig-Bampton method.",
+    ),
     ("solve", "study.command.solve:app", "Compute response curves of a structure with friction and gaps."),
-    ("limits", "study.command.limits:app", "Find the band of responses that unknown friction history can produce."),
+    (
+        "limits",
+        "study.command.limits:app",
+        "Compute the band of responses that an unknown friction history can produce.",
+    ),
     ("sweep", "study.command.sweep:app", "Compute response curves and limits over a grid of parameters."),
     ("spread", "study.command.spread:app", "Compute the spread of the response over uncertain parameters."),
     ("campaign", "study.command.campaign:app", "Draft the manifest of a folder of test files (campaign new)."),
     ("estimate", "study.command.estimate:app", "Read first values of contact and damping parameters from tests."),
-    ("plan", "study.command.plan:app", "Say which effects planned tests would show, and how strong they must be."),
+    ("plan", "study.command.plan:app", "Show which effects planned tests would reveal, and how strong they must be."),
     ("compare", "study.command.compare:app", "Compare a model with measurements, and show where it fails."),
     ("diagnose", "study.command.diagnose:app", "Name the effect that a model lacks, or say that none is missing."),
     ("calibrate", "study.command.calibrate:app", "Fit the calibration parameters of a case, and write them into it."),
     ("add", "study.command.add:app", "Write a missing effect into a case: later commands compute the corrected model."),
-    ("undo", "study.command.undo:app", "Take the effect or the calibration that was written last out of a case."),
+    ("undo", "study.command.undo:app", "Remove the effect or the calibration that was written last from a case."),
     ("bench", "study.command.bench:app", "Open case and measurements in the browser: see, add, undo, move parameters."),
     ("study", "study.command.study:app", "Run a whole study: replay the calibration of the reference paper."),
-    ("doctor", "study.command.doctor:app", "Show what this machine lacks, and the one line that installs it."),
+    ("doctor", "study.command.doctor:app", "Show missing requirements, and the one line that installs them."),
     ("runs", "study.command.runs:app", "List, compare and remove the runs of a folder."),
-    ("repeat", "study.command.repeat:app", "Run again what made a page or a result, and compare the numbers."),
+    (
+        "repeat",
+        "study.command.repeat:app",
+        "Run the command that made a page or a result again, and compare the numbers.",
+    ),
     ("completion", "study.command.completion:app", "Print a script that completes commands in a shell."),
     ("cache", "study.command.cache:app", "Show how much space the stored results take, or remove them."),
 )
@@ -159,7 +175,7 @@ def _report_interruption(output: console.Output) -> int:
     return output.error(
         ExitCode.INTERRUPTED,
         "interrupted",
-        "interrupted; finished work is stored: the same command goes on from there",
+        "interrupted; finished work is stored: the same command continues from there",
     )
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 #: Columns of a report: sentences are wrapped at it, tables keep within it.
 WIDTH = 118
 #: What to do where memory is short.
-OUT_OF_MEMORY = "out of memory; take fewer elements, or a machine with more memory"
+OUT_OF_MEMORY = "out of memory; use fewer elements, or a machine with more memory"
 
 
 class Output:
@@ -136,7 +136,7 @@ def report_mistake(error: BaseException, words: Sequence[str]) -> str:
     """Sentence about a mistake of stickslip itself, whose traceback is written into a file."""
     file = write_traceback(error, words)
     kind = f"{type(error).__name__}: {error}".strip(": ")
-    return f"a mistake of stickslip itself ({kind}); please report it with the file {file}"
+    return f"internal error of stickslip ({kind}); please report it with the file {file}"
 
 
 def write_traceback(error: BaseException, words: Sequence[str]) -> str:

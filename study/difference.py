@@ -34,7 +34,7 @@ def describe_differences(document: Mapping[str, Any]) -> list[str]:
         share = "" if change == float("inf") else f"  ({100 * change:.3g} %)"
         lines.append(f"  {item['key']}: {_format_value(item['first'])} | {_format_value(item['second'])}{share}")
     if len(different) > MAX_DIFFERENCES:
-        lines.append(f"  and {len(different) - MAX_DIFFERENCES} more: --json has all")
+        lines.append(f"  and {len(different) - MAX_DIFFERENCES} more: --json lists all")
     return lines
 
 

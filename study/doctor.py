@@ -162,7 +162,7 @@ def _check_picture() -> CheckResult:
             [sys.executable, "-c", TEST_PICTURE], capture_output=True, text=True, timeout=PICTURE_TIMEOUT, check=False
         )
     except subprocess.TimeoutExpired:
-        return CheckResult(subject=subject, verdict="missing", detail=f"no picture within {PICTURE_TIMEOUT:.0f} s")
+        return CheckResult(subject=subject, verdict="missing", detail=f"no picture after {PICTURE_TIMEOUT:.0f} s")
     if trial.returncode == 0 and "drawn by" in trial.stdout and "nobody" not in trial.stdout:
         return CheckResult(subject=subject, verdict="ok", detail=trial.stdout.strip().splitlines()[-1])
     if trial.returncode < 0:
@@ -186,7 +186,7 @@ def _check_cholmod() -> CheckResult:
 
 def _check_calculix() -> CheckResult:
     path = shutil.which("ccx")
-    detail = path or "ccx, the independent witness of some tests, is not there"
+    detail = path or "ccx, used by some tests as an independent reference, is not installed"
     return CheckResult(
         subject="CalculiX", verdict="ok" if path else "missing", detail=detail, is_needed=False, apt=("calculix-ccx",)
     )

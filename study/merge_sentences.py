@@ -42,7 +42,7 @@ def merge_similar(sentences: Sequence[str], *, naming_all: bool = False) -> list
         whole = [sentence for members in parts for sentence in members]
         names = list(dict.fromkeys(_find_differing_names(whole)))
         if len(parts) > MAX_NAMES and len(names) > MAX_NAMES:
-            merged.append(f"{whole[0]} (and so {_name(names[1:], naming_all)})")
+            merged.append(f"{whole[0]} (also {_name(names[1:], naming_all)})")
         else:
             merged += [_with_count(members, naming_all=naming_all) for members in parts]
     return merged
@@ -90,13 +90,13 @@ def _with_count(members: Sequence[str], *, naming_all: bool = False) -> str:
     named = [next((name for name in FILE.findall(one) if name != MANIFEST), "") for one in members]
     if not named[0]:
         places = list(dict.fromkeys(one.partition(": ")[0] for one in members))[1:]
-        return f"{first} (and so {_name(places, naming_all)})" if places else first
+        return f"{first} (also {_name(places, naming_all)})" if places else first
     others = len(set(named) - {named[0]})
     if not others:
         return first if len(set(members)) == 1 else f"{first} (so {len(members)} times)"
     if others <= MAX_NAMES or naming_all:
-        return f"{first} (and so in {', '.join(list(dict.fromkeys(named))[1:])})"
-    return f"{first} (and so in {others} more files, the last {named[-1]})"
+        return f"{first} (also in {', '.join(list(dict.fromkeys(named))[1:])})"
+    return f"{first} (also in {others} more files, the last {named[-1]})"
 
 
 def name_wrong_places(suspicions: "Sequence[Suspicion]") -> str:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from pipeline.progress import Progress, ShownStep
     from pipeline.store import Store
 
-Out = Annotated[Path, Parameter(help="Output folder; created if need be.")]
+Out = Annotated[Path, Parameter(help="Output folder; created if needed.")]
 #: Name of the manifest; `correlation.campaign.manifest` would take long to import.
 MANIFEST = "campaign.toml"
 
@@ -53,7 +53,7 @@ Without = Annotated[
 ]
 Scheduler = Annotated[
     str | None,
-    Parameter(help="Address of a dask scheduler whose workers compute, such as tcp://node1:8786."),
+    Parameter(help="Address of a dask scheduler whose workers do the computation, such as tcp://node1:8786."),
 ]
 
 
@@ -157,17 +157,19 @@ class Options:
     quiet: Annotated[bool, Parameter(negative="", help="Show no progress.")] = False
     cache: Annotated[
         Path | None,
-        Parameter(help="Folder of stored results, instead of STICKSLIP_CACHE or the user's cache folder."),
+        Parameter(help="Folder of stored results, instead of STICKSLIP_CACHE or the cache folder of the user."),
     ] = None
 
     figures: Annotated[
         tuple[Path, ...],
-        Parameter(negative="", help="Python file with figures of your own, drawn beside the others; may be repeated."),
+        Parameter(
+            negative="", help="Python file with your own figures, drawn in addition to the others; may be repeated."
+        ),
     ] = ()
 
     trust: Annotated[
         bool,
-        Parameter(negative="", help="Run the Python files that the case names, though they are not your own."),
+        Parameter(negative="", help="Run the Python files named in the case, although they belong to another user."),
     ] = False
 
     def open(

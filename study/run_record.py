@@ -170,7 +170,7 @@ def find_newest_record(stored: Path, output: Path) -> RunRecord:
     """
     records = [item for item in find_records(stored, output) if Path(item.output) == output.resolve()]
     if not records:
-        raise InputError(f"no run is known that wrote into {output}: `stickslip runs` lists the output folders")
+        raise InputError(f"no recorded run wrote into {output}: `stickslip runs` lists the output folders")
     return records[-1]
 
 

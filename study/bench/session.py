@@ -27,10 +27,10 @@ SHOWING = frozenset({"compare", "screen", "diagnose"})
 #: Files of a campaign folder that are looked at.
 MOST_FILES = 2000
 #: Sentences to the user.
-CANCELLED = "Cancelled. Finished work is stored: the same command goes on from there."
+CANCELLED = "Cancelled. Finished work is stored: the same command continues from there."
 ENDED = (
     "The computation ended unexpectedly, most often for lack of memory. Nothing is lost: finished work is stored, and "
-    "the same command goes on from there."
+    "the same command continues from there."
 )
 BUSY = "{name} is running: wait for it or cancel it, then click again. Nothing was written."
 

@@ -9,18 +9,18 @@ from study.run_context import DEFAULTS, Answer, Options, make_command_app
 
 app = make_command_app(
     "add",
-    """Writes an effect into a case, with the strength that the last `stickslip diagnose` of this case found and
-    the calibration parameters calibrated beside it. Comments and layout of the file stay. Each step is noted in
-    CASE.history.json, and `stickslip undo` takes it back.""",
+    """Writes an effect into a case, with the strength that the last `stickslip diagnose` of this case found and the
+    calibration parameters that were fitted with it. Comments and layout of the file are kept. Each step is
+    recorded in CASE.history.json, and `stickslip undo` reverts it.""",
     examples=['stickslip add "mass at tip"', 'stickslip add mass at tip --case beam.toml --value "93 mg"'],
 )
 
-Case = Annotated[Path | None, Parameter(help="Case file; the one of this folder by default.")]
+Case = Annotated[Path | None, Parameter(help="Case file; default: the one in this folder.")]
 
 
 @app.default
 def add(
-    *effect: Annotated[str, Parameter(help="Its name, as the diagnosis writes it.")],
+    *effect: Annotated[str, Parameter(help="Name of the effect, as in the diagnosis.")],
     case: Case = None,
     value: Annotated[
         tuple[str, ...],
@@ -28,8 +28,8 @@ def add(
             negative="",
             allow_leading_hyphen=True,
             show_default=False,
-            help="Value of its parameter, instead of that of the diagnosis: with a unit, for ratios none; repeated for "
-            "each parameter, in the order of the diagnosis.",
+            help="Value of its parameter, instead of that of the diagnosis: with a unit, except for ratios; repeat "
+            "the option for each parameter, in the order of the diagnosis.",
         ),
     ] = (),
     options: Options = DEFAULTS,

@@ -11,11 +11,11 @@ from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Without
 
 app = make_command_app(
     "bench",
-    """Opens a case and a measurement campaign in the browser: measured families over predictions with residuals, where
-    the model fails, which effects it may lack, and its parameters as sliders. Add, Undo and Calibrate write the case
-    as `stickslip add`, `undo` and `calibrate` do. All that was clicked can be exported as a script that gives the same
-    numbers. The server accepts connections only from this computer, with the token in its address; the page loads
-    nothing from elsewhere. Ctrl-C ends it, and nothing is lost. See docs/bench.md.""",
+    """Opens a case and a measurement campaign in the browser: measured families over predictions with residuals, the
+    readings at which the model fails, effects that may be missing, and the parameters as sliders. Add, Undo and
+    Calibrate write the case as `stickslip add`, `undo` and `calibrate` do. All actions can be exported as a
+    script that gives the same numbers. The server accepts connections only from this computer, with the token in
+    its address; the page loads nothing from elsewhere. Ctrl-C ends it, and nothing is lost. See docs/bench.md.""",
     examples=["stickslip bench beam.toml campaign", "stickslip bench beam.toml campaign --port 8350 --no-browser"],
 )
 
@@ -26,7 +26,7 @@ def bench(
     campaign: CampaignFolder,
     /,
     *,
-    port: Annotated[int, Parameter(help="Port on this computer; 0 for one that is free.")] = 0,
+    port: Annotated[int, Parameter(help="Port on this computer; 0 selects a free one.")] = 0,
     browser: Annotated[bool, Parameter(help="Open the browser.")] = True,
     without: Without = (),
     options: Options = DEFAULTS,

@@ -8,8 +8,8 @@ from study.run_context import DEFAULTS, Answer, Options, make_command_app
 
 app = make_command_app(
     "cache",
-    "Every finished stage of a computation is stored, so that a second run is instant and an interrupted one goes on. "
-    "Removing them loses nothing but time.",
+    "Every finished stage of a computation is stored, so that a second run is instant and an interrupted one "
+    "continues. Removing them costs only time.",
     examples=["stickslip cache", "stickslip cache --clear", "stickslip cache --cache /scratch/results --json"],
 )
 
@@ -26,7 +26,7 @@ def cache(
     folder = options.cache_folder
     store = options.open().store
     if store.folder is None:
-        raise OutputError(f"the cache {folder} cannot be written: name another folder with --cache")
+        raise OutputError(f"cannot write to the cache {folder}: name another folder with --cache")
     count, size = store.size()
     document = {"folder": str(folder), "results": count, "bytes": size, "cleared": clear}
     if clear:

@@ -11,8 +11,8 @@ from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, make_co
 app = make_command_app(
     "calibrate",
     """Fits the calibration parameters of a case, and the effects that were added to it, to the training data of a
-    campaign, and writes their values into the case. Comments and layout of the file stay. The step is noted in
-    CASE.history.json, and `stickslip undo` takes it back.""",
+    campaign, and writes their values into the case. Comments and layout of the file are kept. The step is
+    recorded in CASE.history.json, and `stickslip undo` reverts it.""",
     examples=["stickslip calibrate beam.toml campaign"],
 )
 
@@ -29,7 +29,10 @@ def calibrate(
             negative="",
             consume_multiple=True,
             show_default=False,
-            help="Kinds that the last `diagnose --without` left out: its stored fit is used, with the same values.",
+            help=(
+                "Kinds of effects omitted by the last `diagnose --without`: its stored fit is used, with the same "
+                "values."
+            ),
         ),
     ] = (),
     options: Options = DEFAULTS,

@@ -14,22 +14,22 @@ if TYPE_CHECKING:
 
 app = make_command_app(
     "campaign",
-    """`campaign new FOLDER` looks at all files of a folder (CSV, UFF, MATLAB, HDF5, WAV, TDMS), recognises frequency
+    """`campaign new FOLDER` reads all files of a folder (CSV, UFF, MATLAB, HDF5, WAV, TDMS), recognises frequency
     responses, stepped sines, ring-downs, loops, steady states and time records, and drafts campaign.toml, which
-    `compare` and `diagnose` read. It asks for what files do not say, such as the places of sensors. With --yes it asks
-    nothing and marks every assumption with a comment. docs/campaign_new.md says what is recognised, docs/campaign.md
-    has the keys of the manifest, docs/measured_files.md the formats.""",
+    `compare` and `diagnose` read. It asks for what is not stated in the files, such as the places of sensors.
+    With --yes it asks nothing and marks every assumption with a comment. docs/campaign_new.md describes what is
+    recognised, docs/campaign.md the keys of the manifest, docs/measured_files.md the formats.""",
     examples=["stickslip campaign new measured", "stickslip campaign new measured --yes --force"],
 )
 
 
 @app.command(name="new")
 def new(
-    folder: Annotated[Path, Parameter(help="Folder with the files of a test.")],
+    folder: Annotated[Path, Parameter(help="Folder with the measured files.")],
     /,
     *,
-    yes: Annotated[bool, Parameter(negative="", help="Ask nothing: write what is assumed, marked.")] = False,
-    force: Annotated[bool, Parameter(negative="", help="Replace a campaign.toml that is there.")] = False,
+    yes: Annotated[bool, Parameter(negative="", help="Do not ask: use defaults, marked as assumed.")] = False,
+    force: Annotated[bool, Parameter(negative="", help="Replace an existing campaign.toml.")] = False,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Draft the manifest of a folder of test files."""
@@ -40,7 +40,7 @@ def new(
 
     if not (yes or sys.stdin.isatty()):
         raise InputError(
-            "questions cannot be asked: standard input is not a terminal; add --yes, which marks what is assumed"
+            "questions cannot be asked: standard input is not a terminal; add --yes, which uses defaults and marks them"
         )
     run = options.open(place=folder)
     with run.progress.step("read the files") as report:
@@ -77,7 +77,7 @@ def format_report(drafted: "NewCampaign") -> str:
         for row in rows
     ]
     for title, sentences in (
-        ("Assumed, since no file says it (check these):", draft.assumptions()),
+        ("Assumed, because it is not stated in any file (check these):", draft.assumptions()),
         ("Left out:", merge_similar(draft.left_out, naming_all=True)),
         ("Suspected:", merge_similar(drafted.suspicions)),
     ):
@@ -93,11 +93,11 @@ def _describe_first_step(drafted: "NewCampaign") -> str:
 
     sensors = drafted.draft.entries["sensor"]
     if sum(bool(assumed(sensor.get("place"))) for sensor in sensors) < 2:
-        return "check what is assumed"
+        return "check the assumptions"
     # Sensors that stand at one place by assumption alone are no measurement of a shape.
     text = drafted.path.read_text(encoding="utf-8").splitlines()
     lines = [str(number) for number, line in enumerate(text, start=1) if re.match(r"place = .* # assumed: ", line)]
-    return f"edit the places of the sensors, which are assumed, in {drafted.path} (lines {', '.join(lines)})"
+    return f"edit the assumed places of the sensors in {drafted.path} (lines {', '.join(lines)})"
 
 
 def _cut(text: str, width: int) -> str:

@@ -11,13 +11,13 @@ from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Out, ma
 app = make_command_app(
     "compare",
     """Reads a case (structure, contact lines, sensors, loads, priors) and a campaign folder, checks the measurements
-    for what looks wrong, predicts every point, and weighs the differences by noise, friction histories and numerical
-    error. Writes a CSV of all points, maps of the misfit (level, frequency, sensor, harmonic) and measured beside
+    for errors, predicts every point, and weights the differences by noise, friction histories and numerical
+    error. Writes a CSV of all points, maps of the misfit (level, frequency, sensor, harmonic) and measured and
     predicted responses. With --calibrate the calibration parameters are fitted to the training data first. With
-    --limits every repeat and sweep is compared with the limits of all friction histories, of responses and contact
-    forces (docs/families.md); each task of that search is stored, so that the same command goes on after Ctrl-C. With
-    --calibrate-families the parameters are also fitted so that the limits enclose all of these curves tightly.
-    docs/case.md describes all keys of a case, docs/campaign.md those of a campaign.""",
+    --limits every repeat and sweep is compared with the limits of all friction histories, of responses and
+    contact forces (docs/families.md); each task of that search is stored, so the same command continues after
+    Ctrl-C. With --calibrate-families the parameters are also fitted such that the limits enclose all of these
+    curves tightly. docs/case.md describes all keys of a case, docs/campaign.md those of a campaign.""",
     examples=["stickslip compare beam.toml campaign --out compared", "stickslip compare beam.toml campaign --limits"],
 )
 
@@ -40,7 +40,7 @@ def compare(
         bool,
         Parameter(
             negative="",
-            help="Also fit so that the limits enclose the families tightly; implies --calibrate and --limits.",
+            help="Also fit such that the limits tightly enclose the families; implies --calibrate and --limits.",
         ),
     ] = False,
     options: Options = DEFAULTS,

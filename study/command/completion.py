@@ -8,8 +8,8 @@ from study.run_context import DEFAULTS, Answer, Options, make_command_app
 
 app = make_command_app(
     "completion",
-    """Prints a script that lets the Tab key complete commands and options. Load it in the shell that runs, or save it
-    where the shell looks for such scripts; it changes nothing else.""",
+    """Prints a script that lets the Tab key complete commands and options. Load it in the running shell, or save it
+    where the shell looks for such scripts; nothing else is changed.""",
     examples=[
         'eval "$(stickslip completion bash)"',
         "stickslip completion bash > ~/.local/share/bash-completion/completions/stickslip",

@@ -11,12 +11,12 @@ from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Out, Sc
 app = make_command_app(
     "diagnose",
     """Names the physical effect that a model lacks, with its strength, from a measurement campaign; or reports that
-    these tests cannot separate two effects, that nothing is missing (with the detection threshold of each effect), or
-    that something is missing which is none of the known effects, and where. Every effect is tried at every place
-    together with the calibration parameters; the error on held-out data decides. Writes an HTML page, figures and
-    JSON, and notes the result beside the case (CASE.history.json), from where `stickslip add` takes the strength. It
-    takes minutes; an interrupted run goes on. With --auto what is missing is added to the case, and the case is
-    diagnosed again; `stickslip undo` removes it. See docs/diagnose.md.""",
+    these tests cannot separate two effects, that nothing is missing (with the detection threshold of each
+    effect), or that something is missing that is not one of the known effects, and where. Every effect is tried
+    at every place together with the calibration parameters; the error on held-out data decides. Writes an HTML
+    page, figures and JSON, and records the result next to the case (CASE.history.json), from where `stickslip
+    add` takes the strength. It takes minutes; an interrupted run continues. With --auto the missing effect is
+    added to the case, and the case is diagnosed again; `stickslip undo` removes it. See docs/diagnose.md.""",
     examples=[
         "stickslip diagnose beam.toml campaign --out diagnosed",
         "stickslip diagnose beam.toml campaign --auto",
@@ -33,14 +33,14 @@ def diagnose(
     *,
     out: Out = Path("diagnosed"),
     auto: Annotated[
-        bool, Parameter(negative="", help="Add what is missing, and diagnose again, at most 5 times.")
+        bool, Parameter(negative="", help="Add the missing effect, and diagnose again, at most 5 times.")
     ] = False,
     without: Without = (),
     trials: Annotated[
         int,
         Parameter(
-            help="Simulated campaigns that check the detection thresholds of a new layout of tests, such as 40; each "
-            "takes as long as a diagnosis. 0: linear theory, with a margin."
+            help="Number of simulated campaigns to check the detection thresholds of a new test layout, such as 40; "
+            "each takes as long as a diagnosis. 0: linear theory, with a margin."
         ),
     ] = 0,
     scheduler: Scheduler = None,

@@ -5,7 +5,7 @@ from study.run_context import DEFAULTS, Answer, Options, make_command_app
 app = make_command_app(
     "doctor",
     "Looks for system libraries and Python packages, draws a test picture without a screen, and checks the folder of "
-    "stored results. Exit code 0 if all that is needed is here, 1 if something is missing.",
+    "stored results. Exit code 0 if all requirements are met, 1 if something is missing.",
     examples=["stickslip doctor", "stickslip doctor --json"],
 )
 
@@ -21,7 +21,7 @@ def doctor(*, options: Options = DEFAULTS) -> Answer:
     if repair:
         lines += ["", "To install what is missing:", "", f"  {repair}"]
     healthy = not any(finding.is_needed for finding in findings if finding.verdict == "missing")
-    lines += ["", "All that is needed is here." if healthy else "Something that is needed is missing."]
+    lines += ["", "All requirements are met." if healthy else "A requirement is missing."]
     document = {
         "healthy": healthy,
         "findings": [

@@ -10,10 +10,10 @@ from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, make_co
 
 app = make_command_app(
     "estimate",
-    """First values of contact stiffness, friction coefficient, preload and damping, from whatever a campaign holds:
-    loops, contact forces, resonances of the lowest level, ring-downs, modes (docs/estimate.md). Each comes with an
-    interval and its known biases. They are printed with the change of the case that they make; --write makes it.
-    Comments and layout of the file stay.""",
+    """First values of contact stiffness, friction coefficient, preload and damping, from the data that a campaign
+    contains: loops, contact forces, resonances of the lowest level, ring-downs, modes (docs/estimate.md). Each
+    comes with an interval and its known biases. They are printed with the resulting change of the case; --write
+    makes this change. Comments and layout of the file are kept.""",
     examples=["stickslip estimate my.toml campaign", "stickslip estimate my.toml campaign --write"],
 )
 

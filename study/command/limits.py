@@ -12,20 +12,20 @@ app = make_command_app(
     "limits",
     """Lower and upper limit of the steady response over all friction histories.
 
-    Takes cases whose sliding joints are friction contacts with one tangent, or two uncoupled ones, Jenkins joints, and
-    lines of these. Searches for the smallest and largest amplitude of a sensor, or force of a contact, over all initial
-    slider positions, at each frequency and level, in one process per core; with
-    objective = "all" of every sensor and the forces of every contact line in one run. Random
-    histories test the limits. Writes netCDF, CSV and figures: the band, contact states, limits against level. Each task
-    is stored when it is done: after Ctrl-C or a crash the same command goes on from there. The keys of [limits] are
-    described in docs/case.md.""",
+    For cases whose sliding joints are friction contacts with one tangent, or two uncoupled ones, Jenkins joints, and
+    lines of these. Searches for the smallest and largest amplitude of a sensor, or force of a contact, over all
+    initial slider positions, at each frequency and level, in one process per core; with objective = "all", those of
+    every sensor and of the forces of every contact line in one run. The limits are tested by random histories.
+    Writes netCDF, CSV and figures: the band, contact states, limits against level. Each finished task is stored:
+    after Ctrl-C or a crash the same command continues from there. The keys of [limits] are described in
+    docs/case.md.""",
     examples=["stickslip limits --out limited", "stickslip limits rig.toml --out limited --json"],
 )
 
 
 @app.default
 def limits(
-    case: Annotated[Path | None, Parameter(help="Case file; a blade with a wedge damper by default.")] = None,
+    case: Annotated[Path | None, Parameter(help="Case file; default: a blade with a wedge damper.")] = None,
     /,
     *,
     out: Out = Path("limited"),

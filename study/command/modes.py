@@ -15,9 +15,9 @@ app = make_command_app(
     """SOURCE is a case file (.toml; without one, the rig's blade) or a mesh (.inp, .msh, .vtu, .bdf, .nas) of 8- or
     20-node hexahedra or 10-node tetrahedra with named sets. A mesh file needs --length-unit, and --fix or --free.
     Writes a picture of each mode, the von Mises stress of the first, a film, and a VTU file with all modes for
-    ParaView; with --no-pictures the VTU file alone, without a graphics library. For plain matrices and matrices of
-    another program it writes a table of natural frequencies and damping ratios. The modes of a rig or of a part are
-    drawn by `stickslip reduce`.""",
+    ParaView; with --no-pictures only the VTU file, without a graphics library. For plain matrices and matrices of
+    another program it writes a table of natural frequencies and damping ratios. The modes of a rig or of a part
+    are drawn by `stickslip reduce`.""",
     examples=[
         "stickslip modes --out modes",
         "stickslip modes part.inp --length-unit mm --fix CLAMP",
@@ -28,13 +28,13 @@ app = make_command_app(
 
 @app.default
 def modes(
-    source: Annotated[Path | None, Parameter(help="Case file or mesh file; the rig's blade by default.")] = None,
+    source: Annotated[Path | None, Parameter(help="Case file or mesh file; default: the blade of the rig.")] = None,
     /,
     *,
     n_modes: Annotated[int, Parameter(help="Number of modes.")] = 6,
     mesh: OwnMesh = NO_MESH,
     pictures: Annotated[bool, Parameter(help="Draw pictures and a film, which takes most of the time.")] = True,
-    film: Annotated[int | None, Parameter(help="Mode that moves in the GIF; the first elastic one by default.")] = None,
+    film: Annotated[int | None, Parameter(help="Mode animated in the GIF; default: the first elastic one.")] = None,
     out: Out = Path("modes"),
     options: Options = DEFAULTS,
 ) -> Answer:

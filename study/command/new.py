@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 app = make_command_app(
     "new",
-    """Writes a first case file with comments that teach. It loads, and `stickslip solve` takes it as it is: the
-    structure is made once to find its first resonance, and is stored.
+    """Writes a first case file with explanatory comments. `stickslip solve` can run it unchanged: the structure is
+    built once to find its first resonance, and is stored.
 
     KIND is blade (by its dimensions), rig (the paper's), part (a STEP or mesh FILE), matrices (FILES of mass and
-    stiffness, and of the nodes), or plain (one FILE of NumPy or MATLAB, or a reduced model). In a terminal it asks for
-    what is not given; elsewhere, and with --yes, it assumes and says so in a comment. The faces of a STEP file are
-    listed and drawn with numbers, the sets of a mesh file are listed: --fix names what is fixed.""",
+    stiffness, and of the nodes), or plain (one FILE of NumPy or MATLAB, or a reduced model). In a terminal it asks
+    for what is not given; otherwise, and with --yes, it uses defaults and marks them by comments. The faces of a
+    STEP file are listed and drawn with numbers, the sets of a mesh file are listed; --fix selects what is fixed.""",
     examples=[
         'stickslip new blade --length "250 mm" --out blade.toml',
         "stickslip new part bracket.step --fix 3",
@@ -41,16 +41,20 @@ Text = Annotated[str | None, Parameter(show_default=False)]
 class Values:
     """Options that are a value of the case; what is not given is asked or assumed."""
 
-    point: Annotated[Text, Parameter(help="Of matrices: the node that is driven and measured.")] = None
+    point: Annotated[Text, Parameter(help="Of matrices: the node at which the structure is driven and measured.")] = (
+        None
+    )
     size: Annotated[
         Text,
-        Parameter(help='Of a STEP file: size of the elements, such as "3 mm"; for some thousand of them by default.'),
+        Parameter(
+            help='Of a STEP file: size of the elements, such as "3 mm"; default: a size for some thousand elements.'
+        ),
     ] = None
     length_unit: Annotated[Text, Parameter(help="Of a mesh file: the unit of its lengths.")] = None
     units: Annotated[Text, Parameter(help='Of matrices: "m, kg, s" or "mm, tonne, s".')] = None
-    length: Annotated[Text, Parameter(help='Of a blade: its length, such as "250 mm"; 200 mm is assumed.')] = None
-    thickness: Annotated[Text, Parameter(help="Of a blade: its thickness; 8 mm is assumed.")] = None
-    chord: Annotated[Text, Parameter(help="Of a blade: its width; 30 mm is assumed.")] = None
+    length: Annotated[Text, Parameter(help='Of a blade: its length, such as "250 mm"; default 200 mm.')] = None
+    thickness: Annotated[Text, Parameter(help="Of a blade: its thickness; default 8 mm.")] = None
+    chord: Annotated[Text, Parameter(help="Of a blade: its width; default 30 mm.")] = None
 
     def given(self) -> dict[str, str]:
         """Those that were given, by the name of their option."""
@@ -63,17 +67,17 @@ NOTHING = Values()
 
 @app.default
 def new(
-    kind: Annotated[Kind | None, Parameter(help="What the structure is made from; asked in a terminal.")] = None,
+    kind: Annotated[Kind | None, Parameter(help="Source of the structure; asked for in a terminal.")] = None,
     files: Annotated[tuple[Path, ...], Parameter(help="Files of the structure.")] = (),
     /,
     *,
-    out: Annotated[Path | None, Parameter(help="The case file; by default KIND.toml, or named like the file.")] = None,
+    out: Annotated[Path | None, Parameter(help="Case file; default: KIND.toml, or the name of the file.")] = None,
     fix: Annotated[
-        tuple[str, ...], Parameter(negative="", help="Face number, set or node that is fixed; may be repeated.")
+        tuple[str, ...], Parameter(negative="", help="Fixed face (number), set or node; may be repeated.")
     ] = (),
     values: Values = NOTHING,
-    yes: Annotated[bool, Parameter(negative="", help="Ask nothing.")] = False,
-    force: Annotated[bool, Parameter(negative="", help="Replace a file that is there.")] = False,
+    yes: Annotated[bool, Parameter(negative="", help="Do not ask: use defaults.")] = False,
+    force: Annotated[bool, Parameter(negative="", help="Replace an existing file.")] = False,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Write a first case."""
@@ -85,12 +89,12 @@ def new(
     answers = Assumptions() if yes or options.json or not sys.stdin.isatty() else Terminal()
     if kind is None:
         if isinstance(answers, Assumptions):
-            raise InputError(f"say what the structure is made from: stickslip new {' | '.join(KINDS)}")
-        asked = Question(text="What is the structure made from?", default="blade", why=WHY, choices=KINDS)
+            raise InputError(f"give the source of the structure: stickslip new {' | '.join(KINDS)}")
+        asked = Question(text="What is the source of the structure?", default="blade", why=WHY, choices=KINDS)
         kind = answers.ask(asked).value
     path = out or Path(f"{files[0].stem if files else kind}.toml")
     if path.exists() and not force:
-        raise InputError(f"{path} is there already: name another file with --out, or replace it with --force")
+        raise InputError(f"{path} already exists: name another file with --out, or replace it with --force")
     request = NewCaseRequest(path=path, files=files, fix=fix, given=values.given(), answers=answers)
     return _answer(write_new_case(kind, request, options.open()))
 

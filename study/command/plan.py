@@ -12,10 +12,10 @@ from study.run_context import DEFAULTS, Answer, Options, Out, Without, make_comm
 app = make_command_app(
     "plan",
     """Before any test: which effects of the catalogue the planned tests would show, how strong each must be to be
-    named, and which of them look alike. Sensors, levels and band are those of the case unless options say otherwise.
-    Every effect is compared with the noise, with what differs between repeats, with friction histories and with the
-    numerical and model error of the case; what the calibration parameters can make up for does not count. Writes a
-    figure and JSON. See docs/plan.md.""",
+    identified, and which of them cannot be separated. Sensors, levels and band are those of the case unless
+    options say otherwise. Every effect is compared with the noise, the scatter between repeats, friction
+    histories and the numerical and model error of the case; what the calibration parameters can compensate does
+    not count. Writes a figure and JSON. See docs/plan.md.""",
     examples=[
         "stickslip plan beam.toml --out planned",
         "stickslip plan beam.toml --sensors tip mid --levels 1 3 10 --repeats 5 --free",
@@ -38,7 +38,7 @@ class Tests:
             negative="",
             consume_multiple=True,
             show_default=False,
-            help="Sensors or places of the case; all sensors by default.",
+            help="Sensors or places of the case; default: all sensors.",
         ),
     ] = ()
     levels: Annotated[
@@ -47,23 +47,23 @@ class Tests:
             negative="",
             consume_multiple=True,
             show_default=False,
-            help="Levels, as factors on the load of the case (N if that is 1 N); those of [sweep] by default, else 1.",
+            help="Levels, as factors on the load of the case (N if that is 1 N); default: those of [sweep], else 1.",
         ),
     ] = ()
     first: Annotated[
-        Text, Parameter(name="--from", help='Begin of the band, such as "430 Hz"; that of [sweep] by default.')
+        Text, Parameter(name="--from", help='Lower end of the band, such as "430 Hz"; default: that of [sweep].')
     ] = None
-    last: Annotated[Text, Parameter(name="--to", help="End of the band; that of [sweep] by default.")] = None
-    frequencies: Annotated[int, Parameter(help="Frequencies of a curve.")] = 24
+    last: Annotated[Text, Parameter(name="--to", help="Upper end of the band; default: that of [sweep].")] = None
+    frequencies: Annotated[int, Parameter(help="Number of frequencies of a curve.")] = 24
     repeats: Annotated[int, Parameter(help="Repeats.")] = 3
     sweep: Annotated[Literal["up", "down", "both"], Parameter(help="Directions of the sweeps.")] = "both"
     harmonics: Annotated[
         tuple[int, ...], Parameter(negative="", consume_multiple=True, help="Harmonics of the motions.")
     ] = (1,)
-    noise: Annotated[str, Parameter(help="Noise of the real and of the imaginary part of a reading, relative.")] = (
+    noise: Annotated[str, Parameter(help="Relative noise of the real and of the imaginary part of a reading.")] = (
         "0.5 %"
     )
-    free: Annotated[bool, Parameter(negative="", help="Test the structure without its contacts as well.")] = False
+    free: Annotated[bool, Parameter(negative="", help="Also test the structure without its contacts.")] = False
 
 
 #: One object, since it cannot be changed.

@@ -9,10 +9,10 @@ from study.run_context import DEFAULTS, Answer, Options, Out, make_command_app
 
 app = make_command_app(
     "repeat",
-    """Runs the command that made a page again: every page contains this command, hashes of the data and versions. For
-    an output folder without a page, such as that of `solve`, they are in the record of its last run. First, one
-    sentence is printed for each file, package or version that is not as it was. Then the command runs on copies of the
-    data, without stored results, into a new folder, and each number is compared. Exit code 1 if one differs.""",
+    """Runs the command that made a page again: every page contains this command, hashes of the data, and versions.
+    For an output folder without a page, such as that of `solve`, they are in the record of its last run. First,
+    one sentence is printed for each file, package or version that has changed. Then the command runs on copies of
+    the data, without stored results, into a new folder, and each number is compared. Exit code 1 if one differs.""",
     examples=["stickslip repeat diagnosed/beam_diagnosis.html --out again", "stickslip repeat solved --out again"],
 )
 
@@ -23,7 +23,7 @@ def repeat(
     /,
     *,
     out: Out = Path("repeated"),
-    folder: Annotated[Path | None, Parameter(help="Folder from which the command was run, if that has moved.")] = None,
+    folder: Annotated[Path | None, Parameter(help="Folder from which the command was run, if it has moved.")] = None,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Make a result again and compare its numbers."""
@@ -32,7 +32,7 @@ def repeat(
     from study.repeat.run import repeat_result
 
     if out.exists() and (result.resolve() == out.resolve() or out.resolve() in result.resolve().parents):
-        raise InputError(f"--out {out} is the folder of the result itself: name a new one")
+        raise InputError(f"--out {out} is the folder of the result: name a new one")
     repeated = repeat_result(result, options.open(out), options.cache_folder, folder)
     lines = describe_differences(repeated.differences)
     verdict = "the numbers are the same" if repeated.same else "the numbers are not the same"

@@ -13,21 +13,21 @@ if TYPE_CHECKING:
 
 app = make_command_app(
     "runs",
-    """A record of each run that writes files is kept: its command line, hashes of the files that this names, version,
-    machine, time and answer. `runs` lists the records with output folders in a folder and below, the newest of each
-    command and folder. `runs compare` and `runs clean` have a help of their own. The stored stages, which make a second
-    run instant, are those of `stickslip cache`.""",
+    """A record of each run that writes files is kept: its command line, hashes of its input files, version, machine,
+    time and result. `runs` lists the records with output folders in a folder and below, the newest of each
+    command and folder. See also the help of `runs compare` and `runs clean`. The stored results of stages, which
+    make a second run instant, are managed by `stickslip cache`.""",
     examples=["stickslip runs", "stickslip runs compare solved solved_2", "stickslip runs clean solved --yes"],
 )
 
 COMPARE = format_details(
-    """Shows which numbers of two answers differ, and by how much; above them what differs in their commands, inputs,
-    versions and machines.""",
+    """Shows which numbers of two results differ, and by how much, after the differences in command, inputs, versions
+    and machine.""",
     examples=["stickslip runs compare solved solved_2"],
 )
 CLEAN = format_details(
-    """Lists the files that the last run wrote into an output folder, and removes them with --yes, except those that
-    were changed since.""",
+    """Lists the files that the last run wrote into an output folder, and removes them with --yes, except files that
+    have changed since.""",
     examples=["stickslip runs clean solved", "stickslip runs clean solved --yes"],
 )
 
@@ -37,7 +37,7 @@ WRITTEN = 2.0
 
 @app.default
 def runs(
-    folder: Annotated[Path, Parameter(help="Where to look; the current folder by default.")] = Path(),
+    folder: Annotated[Path, Parameter(help="Folder to search; default: the current folder.")] = Path(),
     /,
     *,
     options: Options = DEFAULTS,
@@ -75,7 +75,7 @@ def runs(
 @app.command(name="compare", help_epilogue=COMPARE)
 def compare(
     first: Annotated[Path, Parameter(help="Output folder of a run.")],
-    second: Annotated[Path, Parameter(help="That of another one.")],
+    second: Annotated[Path, Parameter(help="Output folder of another run.")],
     /,
     *,
     options: Options = DEFAULTS,
@@ -109,7 +109,7 @@ def compare(
 @app.command(name="clean", help_epilogue=CLEAN)
 def clean(
     *folders: Annotated[Path, Parameter(help="Output folder of a run.")],
-    yes: Annotated[bool, Parameter(negative="", help="Remove them; otherwise they are only listed.")] = False,
+    yes: Annotated[bool, Parameter(negative="", help="Remove the files; otherwise they are only listed.")] = False,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Remove the files that runs wrote."""
@@ -133,7 +133,7 @@ def clean(
         for folder in {Path(record.output) for record in records}:
             if folder != Path.cwd() and not any(folder.iterdir()):
                 folder.rmdir()
-    lines = [*map(str, removed), *(f"{file} stays: it was changed after the run" for file in kept)]
+    lines = [*map(str, removed), *(f"{file} is kept: it was changed after the run" for file in kept)]
     lines.append(f"{'removed' if yes else 'would remove'} {len(removed)} files, {format_size(size)}")
     if not yes:
         lines.append("add --yes to remove them")

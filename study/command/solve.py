@@ -10,22 +10,22 @@ from study.run_context import DEFAULTS, Answer, Options, Out, make_command_app
 
 app = make_command_app(
     "solve",
-    """Response curves of a structure with joints, by harmonic balance and continuation round folds.
+    """Response curves of a structure with joints, by harmonic balance and continuation around folds.
 
-    Makes the structure of the case (a rig, a blade, a part and matrices are reduced, unless that was done before), puts
-    its joints, loads and sensors on it, with what was calibrated and added. For a rig it also writes contact forces,
-    load cells and a film.
+    Builds the structure of the case (a rig, a blade, a part and matrices are reduced first, unless stored) with its
+    joints, loads and sensors, calibrated values and added effects. For a rig it also writes contact forces, load cells
+    and a film.
 
     Follows the periodic response over frequency or level. Writes netCDF, CSV and figures: response curves, contact
-    states, friction loops. Ctrl-C keeps what is done: the same command goes on from there. Without a case file: a small
-    chain. docs/case.md describes all keys.""",
+    states, friction loops. After Ctrl-C the same command continues from there. Without a case file: a small chain.
+    docs/case.md describes all keys.""",
     examples=["stickslip solve --out solved", "stickslip solve my_rig.toml --out mine --json"],
 )
 
 
 @app.default
 def solve(
-    case: Annotated[Path | None, Parameter(help="Case file; a small chain by default.")] = None,
+    case: Annotated[Path | None, Parameter(help="Case file; default: a small chain.")] = None,
     /,
     *,
     out: Out = Path("solved"),

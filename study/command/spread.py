@@ -10,16 +10,16 @@ from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, make_co
 
 app = make_command_app(
     "spread",
-    """Spread of response curves, and limits, over what is not known exactly of a case.
+    """Spread of response curves, and limits, over the uncertain parameters of a case.
 
     Each [[uncertain]] table of the case names a parameter and its distribution: normal, lognormal or uniform. To first
-    order the spread follows from exact derivatives of the curves at the means. Draws at scrambled Sobol points give the
-    bands that hold 90 % of the curves, and the share of the variance that each parameter causes, by itself and with
-    interactions, of peak frequency, peak amplitude, equivalent damping and limits.
+    order the spread follows from exact derivatives of the curves at the means. Draws of a scrambled Sobol sequence give
+    the bands that contain 90 % of the curves, and the first-order and total Sobol indices of each parameter for peak
+    frequency, peak amplitude, equivalent damping and limits.
 
-    With d parameters, n draws take n (d + 2) points; limits are searched for at each if the case has [limits]. One
-    process per core; every curve is stored when it is done, so that the same command goes on after Ctrl-C or a crash.
-    Writes netCDF, CSV and figures.""",
+    With d parameters, n draws need n (d + 2) points; limits are computed at each if the case has [limits]. One
+    process per core; every finished curve is stored, so the same command continues after Ctrl-C or a crash. Writes
+    netCDF, CSV and figures.""",
     examples=["stickslip spread my.toml --out spread", "stickslip spread my.toml --draws 0"],
 )
 
@@ -30,10 +30,10 @@ def spread(
     /,
     *,
     out: Out = Path("spread"),
-    draws: Annotated[int, Parameter(help="Number of draws, a power of two; 0 for first order alone.")] = 64,
+    draws: Annotated[int, Parameter(help="Number of draws, a power of two; 0: first order only.")] = 64,
     seed: Annotated[int, Parameter(help="Seed of the draws.")] = 0,
     limits: Annotated[
-        bool | None, Parameter(help="Search for limits too; by default if the case has a table [limits].")
+        bool | None, Parameter(help="Also compute limits; default: if the case has a table [limits].")
     ] = None,
     scheduler: Scheduler = None,
     options: Options = DEFAULTS,

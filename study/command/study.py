@@ -11,8 +11,9 @@ from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Out, fo
 
 app = make_command_app(
     "study",
-    """`study paper` replays the calibration of Ferhatoglu, Botto and Zucca (2024) on a virtual rig; `study calibrate`
-    does the same steps on a case of a rig and a measured campaign. `stickslip study COMMAND --help` has more.""",
+    """`study paper` replays the calibration of Ferhatoglu, Botto and Zucca (2024) on a virtual rig; `study
+    calibrate` does the same for a case of a rig and a measured campaign. `stickslip study COMMAND --help` has
+    more.""",
     examples=["stickslip study paper --out replayed", "stickslip study calibrate rig.toml campaign --out calibrated"],
 )
 
@@ -23,8 +24,8 @@ PAPER = format_details(
     examples=["stickslip study paper --out replayed", "stickslip study paper --quick --out tried"],
 )
 CALIBRATE = format_details(
-    """Linear iterations, nonlinear ones by families over limits, criteria and intervals. What a campaign lacks is left
-    out, and named. Writes calibration.html, figures and the calibrated case. See docs/paper.md.""",
+    """Linear iterations, nonlinear iterations by families over limits, criteria and intervals. Steps without data in the
+    campaign are omitted and listed. Writes calibration.html, figures and the calibrated case. See docs/paper.md.""",
     examples=["stickslip study calibrate rig.toml campaign --out calibrated"],
 )
 
@@ -35,10 +36,13 @@ def paper(
     out: Out = Path("paper"),
     seed: Annotated[NonNegativeInt, Parameter(help="Seed of the specimen, its histories and noise.")] = 1,
     like: Annotated[
-        int, Parameter(help="Iteration of the paper that the specimen is like: 1 symmetric, 2 shifted, 3 inclined too.")
+        int,
+        Parameter(
+            help="Iteration of the paper that the specimen corresponds to: 1 symmetric, 2 shifted, 3 also inclined."
+        ),
     ] = 3,
     quick: Annotated[
-        bool, Parameter(negative="", help="Coarse mesh, few points, two repeats: to try it in some minutes.")
+        bool, Parameter(negative="", help="Coarse mesh, few points, two repeats: a trial run of some minutes.")
     ] = False,
     options: Options = DEFAULTS,
 ) -> Answer:
@@ -49,7 +53,7 @@ def paper(
     from study.paper.truth import LIKE
 
     if like not in LIKE:
-        raise InputError(f"--like {like} is none of the kinds of specimen: give {', '.join(map(str, LIKE))}")
+        raise InputError(f"--like {like} is not a kind of specimen: give {', '.join(map(str, LIKE))}")
     report = write_report(options.open(out), seed=seed, like=like, quick=quick)
     return Answer(document=make_document(report), text=format_report(report))
 
@@ -62,7 +66,7 @@ def calibrate(
     *,
     out: Out = Path("calibrated"),
     quick: Annotated[
-        bool, Parameter(negative="", help="Few points and few models in each fit: to try it in some minutes.")
+        bool, Parameter(negative="", help="Few points and few models in each fit: a trial run of some minutes.")
     ] = False,
     options: Options = DEFAULTS,
 ) -> Answer:

@@ -16,9 +16,9 @@ app = make_command_app(
     NAME is a factor on the case's values (kt, kn, mu, zeta, E, bearing, as in [calibrated]), or a table and its key:
     wall.preload of the line or joint "wall", structure.damping.ratio, load[0].amplitude.
 
-    Every point of the grid is the case with these values in its file. Its curves are those of `stickslip solve`; limits
-    are searched for if the case has [limits]. One process per core; every curve is stored when it is done, so that the
-    same command goes on after Ctrl-C or a crash. Writes netCDF, CSV and figures.""",
+    Every point of the grid is the case with these values in its file. Its curves are those of `stickslip solve`;
+    limits are computed if the case has [limits]. One process per core; every finished curve is stored, so the same
+    command continues after Ctrl-C or a crash. Writes netCDF, CSV and figures.""",
     examples=[
         "stickslip sweep my.toml kt=0.8:1.2:5 mu=0.9,1,1.1 --out swept",
         'stickslip sweep my.toml "wall.preload=18 N:22 N:5"',
@@ -33,7 +33,7 @@ def sweep(
     *values: Annotated[str, Parameter(help="NAME=VALUES of each parameter.")],
     out: Out = Path("swept"),
     limits: Annotated[
-        bool | None, Parameter(help="Search for limits too; by default if the case has a table [limits].")
+        bool | None, Parameter(help="Also compute limits; default: if the case has a table [limits].")
     ] = None,
     scheduler: Scheduler = None,
     options: Options = DEFAULTS,

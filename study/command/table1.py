@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 
 app = make_command_app(
     "table1",
-    """Give the first frequency of ten models of the stand-alone blade three ways, compared with the published one.
+    """Compute the first frequency of ten models of the stand-alone blade in three ways, and compare it with the
+    published one.
 
-    Full finite elements, Craig-Bampton, and the peak of the harmonic-balance response; also rows that nothing was
-    tuned to, the limit of nested meshes, and CalculiX on the same meshes where it is installed. Writes table1.csv,
+    Full finite elements, Craig-Bampton, and the peak of the harmonic-balance response; also rows that were not
+    tuned, the limit of nested meshes, and CalculiX on the same meshes if it is installed. Writes table1.csv,
     table1.html, figures, pictures and STEP files. Without a case file both shipped cases run: the rig's blade, and a
     plain one.""",
     examples=["stickslip table1 --out table1", "stickslip table1 my_blade.toml --out mine", "stickslip table1 --json"],
@@ -29,7 +30,7 @@ app = make_command_app(
 @app.default
 def table1(
     cases: Annotated[
-        tuple[Path, ...], Parameter(help="Case files; without one, the two that are shipped.", negative="")
+        tuple[Path, ...], Parameter(help="Case files; default: the two that are shipped.", negative="")
     ] = (),
     /,
     *,

@@ -7,10 +7,10 @@ from study.run_context import DEFAULTS, Answer, Options, make_command_app
 
 app = make_command_app(
     "undo",
-    """Takes the effect that `stickslip add` or `stickslip diagnose --auto` added last, or the values of
-    `stickslip calibrate` or `estimate --write`, out of the case again, and gives all other numbers the values that they
-    had: the file is as it was, byte for byte, but for what you edited elsewhere meanwhile. Where you edited the very
-    lines it refuses. Each call takes one step back.""",
+    """Removes the effect that `stickslip add` or `stickslip diagnose --auto` added last, or the values of `stickslip
+    calibrate` or `estimate --write`, from the case, and restores all other numbers: the file is restored byte for
+    byte, except for your edits elsewhere in it. If you have edited the same lines, it refuses. Each call reverts
+    one step.""",
     examples=["stickslip undo", "stickslip undo --case beam.toml"],
 )
 

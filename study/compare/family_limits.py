@@ -206,7 +206,7 @@ def find_family_limits(
     except BrokenExecutor as error:
         raise ComputationFailed(
             "a process of the search for limits was killed, most often for lack of memory: close other programs, or "
-            "take fewer samples in [limits]; what was finished is stored, and the same command goes on from there"
+            "take fewer samples in [limits]; what was finished is stored, and the same command continues from there"
         ) from error
     bands = {
         channel: tuple(

@@ -51,7 +51,7 @@ def test_an_end_that_no_fault_explains_is_told() -> None:
     assert _ends_well(3, "interrupted", {3}) == ""
     assert _ends_well(1, "", {3})
     assert _ends_well(3, "Traceback", {3})
-    assert _ends_well(2, "a mistake of stickslip itself", {2})
+    assert _ends_well(2, "internal error of stickslip", {2})
 
 
 def test_times_of_writing_do_not_count(tmp_path: Path) -> None:

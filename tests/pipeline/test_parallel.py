@@ -258,6 +258,6 @@ def test_interrupted_it_says_one_sentence_keeps_what_is_done_and_leaves_no_proce
     (os.killpg if whole_group else os.kill)(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 3
-    assert errors == "stickslip: interrupted; finished work is stored: the same command goes on from there\n"
+    assert errors == "stickslip: interrupted; finished work is stored: the same command continues from there\n"
     assert store.has(stages.square, number=3)
     wait_until(lambda: not group(process.pid), timeout=10)

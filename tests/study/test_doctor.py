@@ -51,7 +51,7 @@ def test_a_crash_while_drawing_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> 
 def test_a_driver_that_hangs_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "TEST_PICTURE", "import time; time.sleep(60)")
     monkeypatch.setattr(doctor, "PICTURE_TIMEOUT", 0.1)
-    assert doctor._check_picture().detail == "no picture within 0 s"
+    assert doctor._check_picture().detail == "no picture after 0 s"
 
 
 def test_a_cache_that_cannot_be_written_is_told_but_stops_nothing(tmp_path: Path) -> None:

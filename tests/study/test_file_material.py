@@ -77,7 +77,7 @@ def test_a_case_that_disagrees_is_used_with_a_sentence(home: Path, capfd: pytest
 @pytest.mark.parametrize(
     ("carried", "says"),
     [
-        ("", "bar.inp carries no material: add"),
+        ("", "bar.inp contains no material: add"),
         (CARRIED.replace("2700.", "2.7e-9"), "beyond any solid.*if the file has other units, add"),
         (CARRIED.replace("*DENSITY\n2700.\n", ""), 'material "ALLOY" has no density: add'),
     ],

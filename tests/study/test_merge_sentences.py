@@ -13,9 +13,9 @@ def test_sentences_that_differ_by_file_and_numbers_are_one() -> None:
         for number in (1, 2, 3)
     ]
     (merged,) = merge_similar(lines)
-    assert merged == f"{lines[0]} (and so in s_2.csv, s_3.csv)"
+    assert merged == f"{lines[0]} (also in s_2.csv, s_3.csv)"
     (merged,) = merge_similar([lines[0].replace("s_1", f"s_{number}") for number in range(1, 7)])
-    assert merged.endswith("(and so in 5 more files, the last s_6.csv)")
+    assert merged.endswith("(also in 5 more files, the last s_6.csv)")
 
 
 def test_sentences_of_other_columns_or_without_a_file_are_apart() -> None:
@@ -25,7 +25,7 @@ def test_sentences_of_other_columns_or_without_a_file_are_apart() -> None:
 
 def test_one_sentence_of_many_places_is_printed_once_with_their_names() -> None:
     lines = [f"decay {number}: instants are rounded" for number in range(1, 7)]
-    assert merge_similar(lines) == [f"{lines[0]} (and so decay 2, decay 3, decay 4 and 2 more)"]
+    assert merge_similar(lines) == [f"{lines[0]} (also decay 2, decay 3, decay 4 and 2 more)"]
 
 
 def test_remarks_of_many_places_are_one_and_suspected_places_stay_apart() -> None:
@@ -51,7 +51,7 @@ def test_a_headline_counts_all_places_of_one_suspicion() -> None:
 def test_many_sentences_that_differ_by_names_in_quotes_are_one_with_the_first_names() -> None:
     lines = [f'sine.h5: the phase "run_{run}/{name}" reaches {170 + run} rad' for run in (1, 2, 3) for name in "ab"]
     (merged,) = merge_similar(lines)
-    assert merged == f'{lines[0]} (and so "run_1/b", "run_2/a", "run_2/b" and 2 more)'
+    assert merged == f'{lines[0]} (also "run_1/b", "run_2/a", "run_2/b" and 2 more)'
     (merged,) = merge_similar(lines, naming_all=True)
     assert all(f'"run_{run}/{name}"' in merged for run in (1, 2, 3) for name in "ab")
     assert merge_similar(lines[:3]) == lines[:3]

@@ -26,7 +26,7 @@ def test_what_was_understood_and_assumed_is_printed(folder: Path, capfd: pytest.
     assert f"stickslip compare CASE {folder}" in out
     assert "# assumed: " in (folder / "campaign.toml").read_text()
     assert cli.main(["campaign", "new", str(folder), "--yes"]) == 2
-    assert "is there already" in capfd.readouterr().err
+    assert "already exists" in capfd.readouterr().err
     assert cli.main(["campaign", "new", str(folder), "--yes", "--force", "--json"]) == 0
     assert json.loads(capfd.readouterr().out)["manifest"].endswith("campaign.toml")
 

@@ -182,7 +182,7 @@ def test_a_manifest_is_not_overwritten(tmp_path: Path, exists: bool) -> None:
     write_csv(tmp_path / "good.csv", "f [Hz],re [m/N],im [m/N]", FREQUENCY, x.real, x.imag)
     if exists:
         (tmp_path / "campaign.toml").write_text("mine")
-        with pytest.raises(CampaignError, match="is there already"):
+        with pytest.raises(CampaignError, match="already exists"):
             read_folder(tmp_path)
         assert (tmp_path / "campaign.toml").read_text() == "mine"
     write_manifest(measured := read_folder(tmp_path, overwrite=exists), draft_campaign(measured, Assumptions()))
