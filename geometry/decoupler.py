@@ -320,7 +320,7 @@ def _shape_problems(decoupler: Decoupler, invalid: Collection[str]) -> Iterator[
     thickest = 2 * decoupler.arms_reach * sin(decoupler.arm_angle)
     if decoupler.arm_thickness > thickest:
         yield (
-            f"arm_thickness = {in_millimetres(decoupler.arm_thickness)} lets the arms overlap behind the plate (give "
+            f"arm_thickness = {in_millimetres(decoupler.arm_thickness)} makes the arms overlap behind the plate (give "
             f"{in_millimetres(thickest)} at most, or a thicker plate)"
         )
     if decoupler.plate_top < decoupler.top + SMALLEST:
@@ -331,13 +331,13 @@ def _shape_problems(decoupler: Decoupler, invalid: Collection[str]) -> Iterator[
         )
     if decoupler.plate_bottom > decoupler.lip_above_axis - SMALLEST:
         yield (
-            f"arm_angle = {degrees(decoupler.arm_angle):.6g} deg ends the plate above the pad's lower face (give more, "
-            "or a thicker plate)"
+            f"arm_angle = {degrees(decoupler.arm_angle):.6g} deg makes the plate end above the lower face of the pad "
+            "(give more, or a thicker plate)"
         )
     one = arm(decoupler)
     _, height = one.point(np.array(one.stations[2]), np.array(-decoupler.cell_thickness / 2))
     if height < SMALLEST:
         yield (
-            f"cell_thickness = {in_millimetres(decoupler.cell_thickness)} lets the two load cells meet (lower it or "
+            f"cell_thickness = {in_millimetres(decoupler.cell_thickness)} makes the two load cells touch (lower it or "
             "lengthen the arms)"
         )

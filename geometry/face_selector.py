@@ -54,13 +54,13 @@ class FaceSelector:
 
     def __post_init__(self) -> None:
         if all(getattr(self, item.name) is None for item in fields(self)):
-            raise InputError("a face is asked for by nothing: give its name, colour, at, normal or area")
+            raise InputError("a face has no selector: give its name, colour, at, normal or area")
         if self.colour is not None and not re.fullmatch(r"#[0-9A-Fa-f]{6}", self.colour):
-            raise InputError(f'colour = "{self.colour}" is no colour: write it as "#RRGGBB", such as "#FF0000"')
+            raise InputError(f'colour = "{self.colour}" is not a colour: write it as "#RRGGBB", such as "#FF0000"')
         if self.normal is not None and not np.linalg.norm(self.normal) > 0:
-            raise InputError(f"normal = {self.normal} has no direction: give the one in which the face looks")
+            raise InputError(f"normal = {self.normal} has no direction: give the outward normal of the face")
         if self.area is not None and not 0 <= self.area[0] <= self.area[1]:
-            raise InputError(f"area = {self.area} m^2 must be the least and the greatest area, in this order")
+            raise InputError(f"area = {self.area} m^2 must be the smallest and the largest area, in this order")
 
     def __str__(self) -> str:
         given = {item.name: getattr(self, item.name) for item in fields(self)}
@@ -180,4 +180,4 @@ def _nearest(known: Sequence[KnownFace], selector: FaceSelector) -> str:
     missed = [list(face.misfits(selector)) for face in known]
     best = min(range(len(known)), key=lambda k: (len(missed[k]), sum(far for far, _ in missed[k])))
     clauses = " and ".join(words for _, words in missed[best])
-    return f"the nearest is the {known[best]}, but {clauses}: give what the face that you mean has"
+    return f"the nearest is the {known[best]}, but {clauses}: give the properties of the intended face"

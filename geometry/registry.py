@@ -136,12 +136,12 @@ class Registry(Generic[M]):
         taken = self._entries.get(name)
         if taken is not None:
             raise RegistryError(
-                f'{entry.place}: a {self.kind} "{name}" is registered already in {taken.place}: give it another name'
+                f'{entry.place}: a {self.kind} "{name}" is already registered in {taken.place}: give it another name'
             )
         if self.group is None and not self._is_own(entry):
             raise RegistryError(
-                f'{entry.place}: the {self.kind} "{name}" is not in {self.package}, and only the files there can have '
-                "one: put it there"
+                f'{entry.place}: the {self.kind} "{name}" is not in {self.package}, but only files of that package '
+                "can register one: move it there"
             )
         wrong = self._check(member) if self._check else None
         if wrong:
@@ -251,7 +251,7 @@ class Registry(Generic[M]):
                 _attempt(point.load, f'entry point "{point.name} = {point.value}" of {self.group}')
             except RegistryError as failure:
                 self._failures.append(str(failure))
-                warnings.warn(f"a {self.kind} is left out: {failure}", InputWarning, stacklevel=3)
+                warnings.warn(f"a {self.kind} is not used: {failure}", InputWarning, stacklevel=3)
 
 
 def installed_points(group: str) -> tuple[EntryPoint, ...]:
@@ -352,7 +352,7 @@ def _sentence(error: BaseException, origin: str, ours: tuple[str, ...]) -> str:
     if isinstance(error, TypeError) and (missing := MISSING.search(what)):
         return f"{place}: {_lacks(missing['called'], QUOTED.findall(missing['names']))}"
     named = "" if origin in place else f" ({origin})"
-    return f"{place}: {type(error).__name__}: {what}{named}: correct the file, or leave it out"
+    return f"{place}: {type(error).__name__}: {what}{named}: correct the file, or do not use it"
 
 
 def _lacks(called: str, names: Sequence[str]) -> str:

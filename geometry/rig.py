@@ -173,7 +173,7 @@ def _excitation_problems(rig: Rig) -> Iterator[str]:
     if not SMALLEST <= rig.excitation_radius <= most:
         yield (
             f"excitation_radius = {in_millimetres(rig.excitation_radius)} is not between {in_millimetres(SMALLEST)} "
-            f"and {in_millimetres(most)}, which is how far the blade's flat face goes about excitation_height = "
+            f"and {in_millimetres(most)}, the extent of the flat face of the blade about excitation_height = "
             f"{in_millimetres(height)} (give a smaller excitation_radius, or move the disc)"
         )
 
@@ -191,11 +191,12 @@ def _mating_problems(rig: Rig, name: str, body: Blade | Decoupler) -> Iterator[s
     if parting > MATING:
         yield (
             f"cone_half_angle = {degrees(damper.cone_half_angle):.6g} deg of the damper is not that of the {name}, "
-            f"{degrees(body.cone_half_angle):.6g} deg, so that they part by {1e6 * parting:.3g} um along the line "
+            f"{degrees(body.cone_half_angle):.6g} deg, so that they separate by {1e6 * parting:.3g} um along the line "
             "(give all bodies the same)"
         )
     if body.groove_radius <= damper.end_radius + MATING:
         yield (
-            f"groove_radius = {in_millimetres(body.groove_radius)} of the {name} does not take the damper's end, whose "
-            f"radius is {in_millimetres(damper.end_radius)}: they would touch all round or overlap (widen the groove)"
+            f"groove_radius = {in_millimetres(body.groove_radius)} of the {name} is too narrow for the damper end, "
+            f"whose radius is {in_millimetres(damper.end_radius)}: they would touch around the whole circumference or "
+            "overlap (widen the groove)"
         )

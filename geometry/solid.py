@@ -85,7 +85,9 @@ def single_solid(body: str, shape: Shape) -> Shape:
     """
     solids = shape.Solids()
     if len(solids) != 1:
-        raise GeometryError(f"the {body} falls into {len(solids)} bodies: choose dimensions that give exactly one")
+        raise GeometryError(
+            f"the {body} consists of {len(solids)} separate bodies: choose dimensions that give exactly one"
+        )
     if not solids[0].isValid():
         raise GeometryError(f"the {body} is not a valid solid: choose dimensions whose surfaces do not cross")
     return solids[0]

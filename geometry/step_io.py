@@ -80,7 +80,7 @@ def _write(assembly: Assembly, path: Path) -> None:
         # The kernel only says whether it could write; opening the file first says why not.
         partial.touch()
         if not exportAssembly(assembly, str(partial)):
-            raise InputError(f"the STEP file {path} could not be written: make room on its disk")
+            raise InputError(f"the STEP file {path} could not be written: free some disk space")
         partial.replace(path)
     except OSError as error:
         raise InputError(
@@ -110,6 +110,8 @@ def check_complete(path: Path) -> None:
     if not text.strip():
         raise InputError(f"{path} is empty: export or copy it again")
     if not text.lstrip().startswith(FIRST_WORD):
-        raise InputError(f'{path} is no STEP file, which begins with "{first}": name one that the CAD program exported')
+        raise InputError(
+            f'{path} is not a STEP file, which begins with "{first}": name one exported by the CAD program'
+        )
     if not text.rstrip().endswith(LAST_WORD):
         raise InputError(f'{path} is not a complete STEP file, which ends in "{last}": export or copy it again')

@@ -94,7 +94,7 @@ def _read_body(path: Path) -> StepBody:
 
     reader = STEPControl_Reader()
     if reader.ReadFile(str(path)) != IFSelect_RetDone or not reader.TransferRoots() or reader.OneShape().IsNull():
-        raise InputError(f"{path} is a STEP file without a body that can be read: export it again")
+        raise InputError(f"{path} is a STEP file without a readable body: export it again")
     shape = cq.Shape.cast(reader.OneShape())
     original = shape.Faces()
     known = list(zip(face_names(reader, original), face_colours(reader, original), strict=True))
@@ -107,11 +107,11 @@ def _read_body(path: Path) -> StepBody:
         kept = {face: attributes[face] for face in solid.Faces() if face in attributes}
     else:
         if not original:
-            raise InputError(f"{path} holds no faces (curves or points alone): export the body as a solid")
+            raise InputError(f"{path} contains no faces (only curves or points): export the body as a solid")
         solid, kept = _sewn(path, original, attributes)
-        healing.append(f"{len(original)} loose faces were sewn to a solid")
+        healing.append(f"{len(original)} separate faces were sewn into a solid")
     if not solid.isValid():
-        raise InputError(f"{path} holds a solid that is not valid (its faces cross or do not meet): repair it in CAD")
+        raise InputError(f"{path} contains an invalid solid (its faces cross or do not meet): repair it in CAD")
     faces = tuple(
         KnownFace(shape=face, name=kept.get(face, ("", ""))[0], colour=kept.get(face, ("", ""))[1])
         for face in solid.Faces()
@@ -149,12 +149,12 @@ def _sewn(
     if sewing.NbFreeEdges():
         x, y, z = cq.Shape.cast(sewing.FreeEdge(1)).Center().toTuple()
         raise InputError(
-            f"{path} holds an open surface, {sewing.NbFreeEdges()} edges of which belong to one face alone (one is at "
+            f"{path} holds an open surface, {sewing.NbFreeEdges()} edges of which belong to only one face (one is at "
             f"({x:.4g}, {y:.4g}, {z:.4g}) mm): close it in CAD and export a solid"
         )
     shells = cq.Shape.cast(sewing.SewedShape()).Shells()
     if len(shells) != 1:
-        raise InputError(f"{path} holds {len(shells)} closed surfaces: export the one body that you mean, as a solid")
+        raise InputError(f"{path} holds {len(shells)} closed surfaces: export only the intended body, as a solid")
     made = BRepBuilderAPI_MakeSolid(TopoDS.Shell_s(shells[0].wrapped)).Solid()
     BRepLib.OrientClosedSolid_s(made)
     solid = cq.Shape.cast(made)

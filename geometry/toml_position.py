@@ -59,7 +59,7 @@ def explain_syntax(message: str, text: str) -> tuple[str, int]:
     """
     match = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", message, re.DOTALL)
     if match is None:
-        return f"this is not TOML: {message}", 1
+        return f"this is not valid TOML: {message}", 1
     words, line, column = match.groups()
     number = int(line) if line else text.rstrip("\n").count("\n") + 1
     source = (text.splitlines() or [""])[number - 1 : number] or [""]
@@ -68,8 +68,8 @@ def explain_syntax(message: str, text: str) -> tuple[str, int]:
     if words.startswith(("Cannot overwrite", "Cannot declare")):
         hint = "; it appears twice: remove one"
     elif "=" in source[0] and words.startswith(("Expected newline", "Invalid value")):
-        hint = '; text and values with units stand in quotes, e.g. "tip" and "250 mm"'
-    return f"this is not TOML: {words[0].lower()}{words[1:]}{where} of: {source[0].strip()}{hint}", number
+        hint = '; put text and values with units in quotes, e.g. "tip" and "250 mm"'
+    return f"this is not valid TOML: {words[0].lower()}{words[1:]}{where} of: {source[0].strip()}{hint}", number
 
 
 class _TomlScanner:

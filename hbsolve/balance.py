@@ -108,7 +108,7 @@ class HarmonicBalance:
         if self.n_harmonic < 1 or self.n_harmonic <= highest:
             raise BalanceError(
                 f"n_harmonic = {self.n_harmonic} (H = {self.n_harmonic - 1}) cannot hold a force in harmonic "
-                f"{highest}: take n_harmonic = {highest + 1} at least"
+                f"{highest}: take at least n_harmonic = {highest + 1}"
             )
         if self.n_sample < 4 * self.n_harmonic - 3:
             raise BalanceError(
@@ -122,9 +122,9 @@ class HarmonicBalance:
             raise BalanceError(f"level = {self.level} must be a finite number")
         if largest[0] > MOST_FORCE or abs(self.level) > MOST_FORCE / max(largest[1], 1.0):
             raise BalanceError(
-                f"level = {self.level:g} of a harmonic force of {largest[1]:g} N, and a static load of "
-                f"{largest[0]:g} N: no load may exceed {MOST_FORCE:g} N, where squares of motions overflow, so give "
-                "smaller loads"
+                f"level = {self.level:g} of a harmonic force of {largest[1]:g} N, and a static load of {largest[0]:g} "
+                f"N: no load may exceed {MOST_FORCE:g} N, because squares of motions would overflow: give smaller "
+                "loads"
             )
 
     @cached_property
@@ -336,7 +336,7 @@ def _make_limited_table(system: JointedSystem) -> JointTable:
         name = system.joints[int(np.searchsorted(table.direction, worst, side="right")) - 1].name
         raise BalanceError(
             f'joint "{name}" has a stiffness of {table.reference[worst]:.3g} N/m, where the structure has '
-            f"{beside[worst]:.3g} N/m: that is more than numbers of 16 digits resolve, and {most[worst]:.3g} N/m are "
+            f"{beside[worst]:.3g} N/m: 16 digits do not resolve this ratio; {most[worst]:.3g} N/m are practically "
             "rigid there"
         )
     return table._replace(reference=np.minimum(table.reference, most))
@@ -357,7 +357,7 @@ def check_frequency(angular_frequency: float) -> float:
     """An Omega that a balance can have [rad/s]; else a `BalanceError`."""
     omega = check_real_number(angular_frequency, "angular_frequency", BalanceError)
     if not (np.isfinite(omega) and omega > 0):
-        raise BalanceError(f"angular_frequency = {omega:g} rad/s must be positive: a static load is static_load")
+        raise BalanceError(f"angular_frequency = {omega:g} rad/s must be positive: give a static load as static_load")
     if omega > HIGHEST:
         raise BalanceError(f"angular_frequency = {omega:g} rad/s must be below {HIGHEST:g} rad/s: squares overflow")
     return omega
@@ -373,7 +373,7 @@ def _warn_of_negative_damping(damping: Float[Real, "r r"], name: str, unit: str)
     if values[0] < -NEGATIVE * largest:
         warnings.warn(
             f"the {name} has the eigenvalue {values[0]:.3g} {unit} in its symmetric part, whose largest is "
-            f"{values[-1]:.3g} {unit}: it puts energy into a motion, as follower forces do, so check its sign if the "
+            f"{values[-1]:.3g} {unit}: it adds energy to a motion, like follower forces, so check its sign if the "
             "structure is passive",
             DampingWarning,
             stacklevel=4,  # the line that makes the balance

@@ -297,8 +297,8 @@ class DynamicStiffness:
         omega = np.asarray(angular_frequency, dtype=np.float64)
         if self.n_rigid and np.any(omega == 0):
             raise ForceError(
-                f"a static force finds no resistance: the stiffness leaves {self.n_rigid} rigid-body motions free; "
-                "hold the body, let a stuck contact's stiffness hold it, or leave the static force out"
+                f"a static force meets no stiffness: {self.n_rigid} rigid-body motions are free; support the body, "
+                "let the stiffness of a stuck contact hold it, or remove the static force"
             )
         return omega
 

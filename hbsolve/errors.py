@@ -32,8 +32,8 @@ class Failure(Enum):
     DRIFT = "hold the body by a support or a spring, or give a load without a mean"
     MEMORY = "give a law whose state fades or repeats, or a smaller load"
     SLIDERS_UNSET = (
-        "there is one with the sliders where the static load leaves them: give `slider`, the `periodic_slider` of the "
-        "state at level 0"
+        "a steady state exists with the sliders at their positions under the static load: give `slider`, the "
+        "`periodic_slider` of the state at level 0"
     )
 
 

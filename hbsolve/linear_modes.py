@@ -37,9 +37,9 @@ def compute_linear_modes(balance: HarmonicBalance) -> LinearModes:
     """
     if balance.system.structural_damping is not None:
         raise BalanceError(
-            "the structure has structural damping (a complex stiffness), which is defined for periodic motions under "
-            "a force alone: for stability and backbones give it as viscous damping, structural_damping / omega at the "
-            "resonance of interest"
+            "the structure has structural damping (a complex stiffness), which is defined only for periodic motions "
+            "under a force: for stability and backbones give it as viscous damping, structural_damping / omega at "
+            "the resonance of interest"
         )
     modes = balance.structure.stuck.modes
     shapes = modes.mode_shapes

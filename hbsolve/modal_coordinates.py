@@ -215,8 +215,8 @@ class ModalCoordinates:
         if resonant.any():
             frequency, mode = np.argwhere(resonant)[0]
             raise ForceError(
-                f"the force at {omega[frequency]:.6g} rad/s meets undamped mode {mode + 1} exactly: "
-                "add damping, or shift the frequency"
+                f"the force at {omega[frequency]:.6g} rad/s is exactly at the undamped mode {mode + 1}: add damping, "
+                "or shift the frequency"
             )
         return np.asarray(diagonal)
 

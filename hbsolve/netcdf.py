@@ -54,4 +54,4 @@ def read_netcdf(path: Path | str, what: str, read: Callable[["xarray.Dataset"], 
         with xarray.open_dataset(path, engine="h5netcdf") as data:
             return read(data)
     except Exception as error:  # a dozen kinds, depending on which byte is damaged
-        raise BalanceError(f'"{path}" holds no {what} wrote') from error
+        raise BalanceError(f'"{path}" contains no {what} wrote') from error

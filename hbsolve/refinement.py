@@ -30,8 +30,10 @@ class RefinementStop(Enum):
     """Why a refinement ends; the value says it and, after a colon, what to try."""
 
     TOLERANCE = "the tolerance is reached"
-    MOST_HARMONICS = "the most harmonics do not reach the tolerance: allow more, or a larger tolerance"
-    MEMORY = "more harmonics do not fit into the memory that is free: allow a larger tolerance"
+    MOST_HARMONICS = (
+        "the largest number of harmonics does not reach the tolerance: allow more harmonics, or a larger tolerance"
+    )
+    MEMORY = "more harmonics do not fit into the free memory: allow a larger tolerance"
     NO_STATE = "no state was found with more harmonics: begin with more, or continue a branch with more"
 
 

@@ -283,7 +283,9 @@ def _change(
     elif isinstance(parameter, FrequencyParameter):
         load, g = _compute_frequency_load(balance, state), forces.by_frequency
     else:
-        raise BalanceError(f"{parameter!r} is no parameter: give a JointParameter, a LoadParameter or another of these")
+        raise BalanceError(
+            f"{parameter!r} is not a parameter: give a JointParameter, a LoadParameter or another of these"
+        )
     return load, np.ascontiguousarray(g)
 
 

@@ -52,8 +52,8 @@ def solve_at(
         scale = compute_linear_size(linear)
     if not np.isfinite(scale):
         raise BalanceError(
-            f"the linear motion at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}, is too "
-            "large for the arithmetic: give smaller loads or a stiffer structure"
+            f"the linear motion at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}, is "
+            "too large for double precision: give smaller loads or a stiffer structure"
         )
     tolerance, iterations = TOLERANCE * scale, 0
     attempts: list[Callable[[], tuple[Real, float, int]]] = [
@@ -94,8 +94,8 @@ def refuse_drift(balance: HarmonicBalance, condensed: Condensed, x: Real, slider
     loads = np.linalg.norm(system.static) + abs(balance.level) * np.linalg.norm(system.dynamic)
     if carried > DRIFT * float(loads + mean_force):
         raise NoSteadyState(
-            f"at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}, the body that joints "
-            "alone hold drifts: all of them slip, and the mean of their forces is not zero",
+            f"at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}, the body that is held "
+            "only by joints drifts: all of them slip, and the mean of their forces is not zero",
             Failure.DRIFT,
         )
 

@@ -105,7 +105,7 @@ def check_harmonic(harmonic: int, n_harmonic: int) -> int:
     """The number of a harmonic, refused where there is none of it."""
     k = check_whole_number(harmonic, "harmonic", BalanceError)
     if not 0 <= k < n_harmonic:
-        raise BalanceError(f"harmonic {k} is none of 0 to {n_harmonic - 1}: give one of these")
+        raise BalanceError(f"harmonic {k} is not between 0 and {n_harmonic - 1}: give one of these")
     return k
 
 

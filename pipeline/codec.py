@@ -242,5 +242,5 @@ def _find_class(module: str, name: str, mark: str) -> Any:
     for part in name.split("."):
         kind = getattr(kind, part)
     if not (isinstance(kind, type) and kind.__module__ == module and hasattr(kind, mark)):
-        raise ValueError(f"a stored value names {module}.{name}, which is no class of that kind")
+        raise ValueError(f"a stored value names {module}.{name}, which is not a class of that kind")
     return kind

@@ -124,7 +124,7 @@ def describe_system_failure(error: BaseException) -> str | None:
     if number is None and written is not None:
         number = int(written[1])
     if number in HANDLES:
-        return "more files are open than this session may have (ulimit -n): raise its limit, e.g. ulimit -n 1024"
+        return "too many open files for this session (ulimit -n): raise the limit, e.g. ulimit -n 1024"
     if number not in DISK:
         return None
     named = re.search(r"filename = '(.+?)'", text)

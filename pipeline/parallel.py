@@ -41,7 +41,7 @@ CONTEXT: ForkServerContext | SpawnContext = (
 #: Interval at which progress is shown while no task ends [s].
 LOOK_EVERY = 1.0
 #: Why a process ends before it begins: it imports the script anew, which starts processes of its own.
-NO_GUARD = 'did not begin: a script that computes in several processes does its work below `if __name__ == "__main__":`'
+NO_GUARD = 'did not start: a script that uses several processes must do its work below `if __name__ == "__main__":`'
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -243,7 +243,7 @@ def _take_result(worker: _Worker, task: Task, results: Store) -> Outcome[Any]:
     code = worker.process.exitcode or 0
     if code < 0:  # the number of a signal
         raise ComputationFailed(
-            f"{task.label} was killed, most often for lack of memory: close other programs, or take fewer elements; "
+            f"{task.label} was killed, most often for lack of memory: close other programs, or use fewer elements; "
             "finished work is stored"
         )
     if code > 0:
@@ -288,8 +288,8 @@ def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator
                 wait_for_all([pool.submit(_do_nothing) for _ in range(n_worker)])
             except (EOFError, ConnectionError, BrokenExecutor) as error:
                 raise ComputationFailed(
-                    "a process was killed before it began, most often for lack of memory: close other programs; what "
-                    "was finished is stored, and the same command continues from there"
+                    "a process was killed before it started, most often for lack of memory: close other programs; "
+                    "what was finished is stored, and the same command continues from there"
                 ) from error
             finally:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)

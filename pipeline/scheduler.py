@@ -78,7 +78,7 @@ def _connect(address: str) -> "distributed.Client":
         # Before there is a client: one that fails leaves a thread, which dask ends when it is collected, and may wait.
         get_address_host_port(address)
     except ValueError as error:
-        raise InputError(f"--scheduler {address} is no address: {start}") from error
+        raise InputError(f"--scheduler {address} is not an address: {start}") from error
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of versions, which are compared below
@@ -89,12 +89,13 @@ def _connect(address: str) -> "distributed.Client":
     if theirs != distributed.__version__:
         client.close()
         raise InputError(
-            f"--scheduler {address} is dask {theirs}, and here is {distributed.__version__}: install the same version"
+            f"--scheduler {address} runs dask {theirs}, but {distributed.__version__} is installed here: install "
+            "the same version"
         )
     if not client.nthreads():
         warnings.warn(
-            f"the scheduler {address} has no workers yet, and the tasks wait for the first one: "
-            f"`dask worker {address}` starts one",
+            f"the scheduler {address} has no workers yet; tasks start with the first one: `dask worker {address}` "
+            "starts one",
             InputWarning,
             stacklevel=2,
         )
@@ -182,8 +183,8 @@ class SchedulerExecutor(Executor):
             where = error.last_worker.address
             future.set_exception(
                 ComputationFailed(
-                    f"{error.allowed_failures + 1} workers ended while they did the same task, the last one {where}, "
-                    "most often for lack of memory; what was finished is stored: the same command continues from there"
+                    f"{error.allowed_failures + 1} workers ended during the same task, the last one {where}, most "
+                    "often for lack of memory; what was finished is stored: the same command continues from there"
                 )
             )
         except CancelledError:
@@ -194,7 +195,7 @@ class SchedulerExecutor(Executor):
                 )
             )
         except ModuleNotFoundError as error:
-            future.set_exception(InputError(f"a worker lacks a module ({error}): install stickslip there, too"))
+            future.set_exception(InputError(f"a worker lacks a module ({error}): install stickslip there as well"))
         except BaseException as error:
             future.set_exception(error)
         else:

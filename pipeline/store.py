@@ -72,7 +72,7 @@ def stage(name: str, *, ignore: tuple[str, ...] = ()) -> Callable[[Callable[P, R
     def wrap(compute: Callable[P, R]) -> Stage[P, R]:
         unknown = set(ignore) - set(inspect.signature(compute).parameters)
         if unknown:
-            raise TypeError(f"stage {name!r} ignores {sorted(unknown)}, which are none of its parameters")
+            raise TypeError(f"stage {name!r} ignores {sorted(unknown)}, which are not its parameters")
         return Stage(name=name, compute=compute, ignore=frozenset(ignore))
 
     return wrap
@@ -220,7 +220,7 @@ class Store:
         except OSError as error:  # such as a full disk: the result itself is sound
             self._disable_cache(error)
         except TypeError as error:  # such as an effect from outside that has a function among its values
-            self._warn(f"the result of {stage.name} is not stored, and will be computed again: {error}")
+            self._warn(f"the result of {stage.name} cannot be stored, and will be computed again: {error}")
 
     def _report_damage(self, stage: Stage[P, R], file: Path | None) -> None:
         """Warn of a damaged file, once for each.
@@ -232,5 +232,5 @@ class Store:
             self._warn(f"a stored result is damaged and will be computed again: {stage.name} in {file}")
 
     def _disable_cache(self, error: OSError) -> None:
-        self._warn(f"the cache {self.folder} cannot be written ({error.strerror}): going on without it")
+        self._warn(f"the cache {self.folder} cannot be written ({error.strerror}): continuing without it")
         self.folder = None

@@ -212,12 +212,12 @@ def _require_same_code(call: RemoteCall) -> None:
     other = [module for module, version in call.versions.items() if _try_hash_code(module) != version]
     if other:
         raise InputError(
-            f"the worker on {socket.gethostname()} has another version of stickslip ({other[0]}), Python, NumPy or "
-            "SciPy: install the same there, and start its workers again"
+            f"the worker on {socket.gethostname()} has a different version of stickslip ({other[0]}), Python, NumPy "
+            "or SciPy: install the same versions there, and restart its workers"
         )
     for file, version in call.plugins.items():
         if find_source_facts(load_file(file)).code != version:
-            raise InputError(f"{file} is another file on {socket.gethostname()}: copy it there, too")
+            raise InputError(f"{file} is another file on {socket.gethostname()}: copy it there as well")
 
 
 def _try_hash_code(module: str) -> str:

@@ -206,7 +206,8 @@ def truncated(rom: ReducedModel, n_mode: int) -> ReducedModel:
     """
     if not 0 <= n_mode <= len(rom.fixed_interface_frequency):
         raise RomError(
-            f"{n_mode} modes were asked of a reduced model with {len(rom.fixed_interface_frequency)}: ask for fewer"
+            f"{n_mode} modes were requested from a reduced model with {len(rom.fixed_interface_frequency)}: ask "
+            "for fewer"
         )
     n = rom.n_boundary + n_mode
     return replace(

@@ -78,10 +78,10 @@ def assembly_error(
     """
     full = join_systems(systems, assembly, springs)
     if not 1 <= n_mode <= assembly.n_dof:
-        raise RomError(f"{n_mode} modes are no number of modes to compare: the assembly has {assembly.n_dof}")
+        raise RomError(f"{n_mode} modes cannot be compared: the assembly has {assembly.n_dof}")
     joined = np.flatnonzero(np.any(springs != 0, axis=1))
     if not len(joined):
-        raise RomError("the springs are all zero, so that nothing joins the bodies: give those of their contacts")
+        raise RomError("all springs are zero, so the bodies are not connected: give the springs of their contacts")
     result = modes(full, n_mode)
     stiffness = assembly.stiffness + springs
     reduced = compute_dense_modes(assembly.mass, stiffness)
@@ -129,8 +129,8 @@ def join_systems(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly,
     rows = _find_physical_rows(systems, assembly)[joined]
     if (rows < 0).any():
         raise RomError(
-            f"springs stand at the modal coordinate {joined[rows < 0][0]}, which the full model does not have: put "
-            "them between boundary coordinates alone"
+            f"springs act on the modal coordinate {joined[rows < 0][0]}, which the full model does not have: put "
+            "springs only between boundary coordinates"
         )
     own = [systems[body] for body in assembly.bodies]
     n_dof = sum(system.n_dof for system in own)

@@ -108,7 +108,7 @@ class BaseExcitation:
         if coefficients.ndim != 1 or not len(coefficients) or coefficients[0]:
             raise JointError(
                 f"the amplitude of the base has shape {given.shape}: give a number, or one for each harmonic, the "
-                "first of them 0, since a mean moves nothing"
+                "first of them 0, since a constant motion has no effect"
             )
         object.__setattr__(self, "_coefficients", coefficients)
 

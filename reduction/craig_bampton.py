@@ -71,7 +71,9 @@ def craig_bampton(
     n_boundary = len(rows.boundary)
     n_mode = min(n_mode, len(rows.interior))
     if n_boundary + n_mode == 0:
-        raise RomError("a reduced model without boundary and without modes is empty: name a boundary set or keep modes")
+        raise RomError(
+            "a reduced model without boundary and without modes is empty: name a boundary set or retain modes"
+        )
     on_boundary = take_rows(system.stiffness, rows.boundary)
     recovery, lambda_ = _compute_basis(system, rows, on_boundary, n_mode)
     return ReducedModel(
@@ -107,8 +109,8 @@ def _compute_basis(
                 _move(shapes, recovery[:, n_boundary:], i)
         except (SingularMatrix, SupportError) as error:
             raise RomError(
-                f"the {len(i)} interior degrees of freedom can still move as a rigid body while the boundary is fixed: "
-                "add supports, or boundary degrees of freedom at three nodes that are not in line"
+                f"the {len(i)} interior degrees of freedom can still move as a rigid body while the boundary is "
+                "fixed: add supports, or boundary degrees of freedom at three nodes that are not on one line"
             ) from error
         for block, shapes in compute_constraint_modes(factor, on_boundary[:, i]):
             recovery[i, block] = shapes

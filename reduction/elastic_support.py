@@ -200,7 +200,7 @@ def find_elastic_support(
         No such faces.
     """
     if name not in mesh.face_sets or not len(mesh.face_sets[name]):
-        raise RomError(f'the mesh has no faces "{name}", which could be put on springs: name those that are fixed')
+        raise RomError(f'the mesh has no faces "{name}", so they cannot be put on springs: name fixed faces')
     faces = mesh.face_sets[name]
     sums = integrate_over_faces(mesh, faces, lambda points, _: np.concatenate([np.ones_like(points), points], axis=-1))
     area, first = sums.sum(axis=0)[0], sums.sum(axis=0)[3:]
@@ -237,7 +237,7 @@ def put_on_springs(rom: ReducedModel, support: ElasticSupport, compliance: float
         Damping, which would have to be made again; or a compliance that is negative or not finite.
     """
     if rom.damping.any():
-        raise RomError("a body is put on springs before it is given damping: leave the damping out")
+        raise RomError("a body must be put on springs before damping is added: remove the damping")
     mass, stiffness = support.matrices(rom.mass, rom.stiffness, compliance)
     support_motion = support.support_motion(rom.stiffness, compliance)
     recovery = rom.recovery + (support.body - rom.recovery @ support.motion) @ support_motion

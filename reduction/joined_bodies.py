@@ -123,11 +123,11 @@ def join_bodies(
         each other alone and have no support.
     """
     if assembly.damping.any():
-        raise JointError("the bodies have damping of their own, which would be lost: reduce them without")
+        raise JointError("the bodies already have damping, which would be lost: reduce them without damping")
     names = [pair.name for pair in pairs]
     for number, name in enumerate(names):
         if name in names[:number]:
-            raise JointError(f'two pairs of lines are called "{name}": give each a name of its own')
+            raise JointError(f'two pairs of lines are called "{name}": give each a different name')
     n_dof = assembly.n_dof
     contacts: list[FrictionContact] = []
     fixed, lines = np.zeros((n_dof, n_dof)), {}
@@ -164,8 +164,10 @@ def _refuse_unsupported(assembly: ReducedAssembly, pairs: Sequence[LinePair]) ->
         if not any(_is_supported(assembly.bodies[body]) for body in group):
             names = [body for body in assembly.bodies if body in group]
             if len(names) == 1:
-                raise JointError(f"nothing holds {names[0]}: give it a support, or contact with a body that has one")
-            raise JointError(f"nothing holds {' and '.join(names)}, which touch each other: give one of them a support")
+                raise JointError(f"{names[0]} is not supported: give it a support, or contact with a body that has one")
+            raise JointError(
+                f"{' and '.join(names)}, which touch each other, are not supported: give one of them a support"
+            )
 
 
 def _is_supported(rom: ReducedModel) -> bool:

@@ -167,7 +167,7 @@ class JointedSystem:
                     f"{r}: give rows over the whole structure (`along`, `between`)"
                 )
             if joint.name in names:
-                raise JointError(f'two joints are called "{joint.name}": give each a name of its own')
+                raise JointError(f'two joints are called "{joint.name}": give each a different name')
             names.add(joint.name)
 
     def _split_stiffness(self) -> None:
@@ -179,7 +179,7 @@ class JointedSystem:
             return
         if self.structural_damping is not None:
             raise JointError(
-                "the stiffness is complex, and structural_damping is given too: leave one of them out, since the "
+                "the stiffness is complex, and structural_damping is given as well: remove one of them, since the "
                 "imaginary part of the stiffness is the structural damping"
             )
         object.__setattr__(self, "stiffness", given.real)
@@ -302,7 +302,7 @@ def _check_harmonic_force(given: object, n_dof: int) -> Complex[Array, "harmonic
     if harmonic[0].any():
         dof = int(np.flatnonzero(harmonic[0])[0])
         raise JointError(
-            f"the harmonic force has {harmonic[0, dof]:g} N in row 0 on degree of freedom {dof}: a constant force is "
-            "static_load, and row k is harmonic k"
+            f"the harmonic force has {harmonic[0, dof]:g} N in row 0 on degree of freedom {dof}: give a constant "
+            "force as static_load; row k is harmonic k"
         )
     return harmonic

@@ -98,13 +98,13 @@ def load_nlvib(path: Path | str) -> JointedSystem:
         read = {value.name: value.simplified for value in read_variables(data)}
     except (OSError, MatlabFileError) as error:
         raise ExchangeError(
-            f'"{path}" is no MATLAB file, or damaged ({error}): save it with save(file, "system", "-v7")'
+            f'"{path}" is not a MATLAB file, or damaged ({error}): save it with save(file, "system", "-v7")'
         ) from None
     content = read.get("system")
     if not isinstance(content, dict):
         raise ExchangeError(
-            f'"{path}" holds no struct "system": write system = struct("M", M, ...) with plain fields, since '
-            "objects of classes are MATLAB's own"
+            f'"{path}" contains no struct "system": write system = struct("M", M, ...) with plain fields, not objects '
+            "of classes"
         )
     matrices = {}
     for field in ("M", "D", "K"):
@@ -134,21 +134,21 @@ def _check_loads(system: JointedSystem) -> None:
         dof = int(np.flatnonzero(system.static)[0])
         raise ExchangeError(
             f"the static load has {system.static[dof]:g} N on degree of freedom {dof}, but NLvib has no static load: "
-            "take it out, or let a gap stand for it"
+            "remove it, or represent it by a gap"
         )
     beyond = np.argwhere(system.dynamic[2:])
     if len(beyond):
         harmonic, dof = beyond[0] + (2, 0)
         raise ExchangeError(
             f"the harmonic force has {system.dynamic[harmonic, dof]:g} N in harmonic {harmonic} on degree of freedom "
-            f"{dof}, but NLvib has harmonic 1 alone: take it out"
+            f"{dof}, but NLvib has only harmonic 1: remove it"
         )
 
 
 def _make_element(given: Joint) -> dict[str, Any]:
     joint = given.exported("NLvib")
     if joint.nlvib is None:
-        raise ExchangeError(f'joint "{given.name}" has no counterpart in NLvib: leave it out')
+        raise ExchangeError(f'joint "{given.name}" has no counterpart in NLvib: remove it')
     kind, numbers = joint.nlvib
     return {
         "type": kind,
@@ -163,13 +163,13 @@ def _make_element(given: Joint) -> dict[str, Any]:
 def _read_joint(path: Path, number: int, element: Any) -> Joint:
     label = f'"{path}": nonlinear_elements{{{number}}}'
     if not isinstance(element, dict) or "type" not in element:
-        raise ExchangeError(f"{label} is no struct with a field type: give what NLvib takes")
+        raise ExchangeError(f"{label} is not a struct with a field type: give an element of NLvib")
     # NLvib does not tell capitals from small letters either.
     known = {law.nlvib[0]: (law, law.nlvib[1]) for law in LAWS if law.nlvib is not None}
     kind = next((kind for kind in known if kind.lower() == str(element["type"]).lower()), "")
     if not kind:
         raise ExchangeError(
-            f'{label} is of type "{element["type"]}", which has no joint here: give {", ".join(sorted(known))}'
+            f'{label} is of type "{element["type"]}", which has no corresponding joint: give {", ".join(sorted(known))}'
         )
     law, fields = known[kind]
     missing = [field for field in ("force_direction", *fields) if field not in element]
@@ -180,6 +180,6 @@ def _read_joint(path: Path, number: int, element: Any) -> Joint:
     direction = direction.toarray() if hasattr(direction, "toarray") else direction
     name = element.get("name", "")
     if np.size(name) and not isinstance(name, str):
-        raise ExchangeError(f"{label}: its name is of {type(name).__name__}, no text: give a row of characters")
+        raise ExchangeError(f"{label}: its name is of {type(name).__name__}, not text: give a row of characters")
     name = name if np.size(name) and name else f"{kind} {number}"
     return law.build(name, {"direction": np.ravel(direction)}, numbers)

@@ -59,12 +59,12 @@ def take_interior_part(matrix: Symmetric, rows: Rows) -> Symmetric:
 
 def _check(name: str, rows: Rows, n_dof: int) -> None:
     if not rows.size:
-        raise RomError(f'boundary set "{name}" is empty: give it at least one degree of freedom, or leave it out')
+        raise RomError(f'boundary set "{name}" is empty: give it at least one degree of freedom, or remove it')
     fixed = np.flatnonzero(rows.ravel() == -1)
     if fixed.size:
         raise RomError(
             f'boundary set "{name}" names {fixed.size} of {rows.size} degrees of freedom that the supports fix '
-            f"(first: entry {fixed[0]}): take them out of the set or out of the support"
+            f"(first: entry {fixed[0]}): remove them from the set or from the support"
         )
     if rows.min() < 0 or rows.max() >= n_dof:
         wrong = rows.max() if rows.max() >= n_dof else rows.min()

@@ -57,7 +57,7 @@ def make_pyharm_input(
     if not 0 < first < last < np.inf:
         raise ExchangeError(f"the range {first:g} to {last:g} rad/s must be positive and ascend: exchange its ends")
     if n_harmonic < 2:
-        raise ExchangeError(f"n_harmonic = {n_harmonic} keeps the mean alone: take at least 2, which adds harmonic 1")
+        raise ExchangeError(f"n_harmonic = {n_harmonic} keeps only the mean: take at least 2, which adds harmonic 1")
     refuse_structural_damping(system, "pyHarm")
     connectors = {joint.name: _make_connector(joint) for joint in system.joints}
     for name, load in _make_loads(system, n_harmonic).items():
@@ -103,16 +103,17 @@ def _find_ends(joint: Joint) -> tuple[int, int | None, float]:
         if weight > 0 or not joint.one_sided:
             return dof, None, abs(weight)
         raise ExchangeError(
-            f'joint "{joint.name}" stops degree of freedom {dof} in its negative direction, which pyHarm cannot say: '
-            "turn the sign of this degree of freedom in all matrices"
+            f'joint "{joint.name}" stops degree of freedom {dof} in its negative direction, which pyHarm cannot '
+            "represent: reverse the sign of this degree of freedom in all matrices"
         )
     if len(dofs) == 2 and row[dofs].sum() == 0:
         low, high = sorted(map(int, dofs), key=lambda dof: row[dof])
         return high, low, float(row[high])
     weights = ", ".join(f"{weight:g}" for weight in row[dofs][:4]) + (", ..." if len(dofs) > 4 else "")
     raise ExchangeError(
-        f'joint "{joint.name}" acts on {len(dofs)} degrees of freedom with the weights {weights}, but pyHarm knows one '
-        "degree of freedom, or the difference of two: make the direction a degree of freedom of the reduced model"
+        f'joint "{joint.name}" acts on {len(dofs)} degrees of freedom with the weights {weights}, but pyHarm supports '
+        "only one degree of freedom, or the difference of two: make the direction a degree of freedom of the reduced "
+        "model"
     )
 
 

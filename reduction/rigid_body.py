@@ -85,7 +85,7 @@ def make_rigid_body(assembly: ReducedAssembly, body: str, points: Float[Real, "n
     retained = slice(assembly.bodies[body].n_boundary)
     resisting = float(np.abs(stiffness[retained, retained] @ motion[own][retained]).max(initial=0.0))
     if resisting > SUPPORTED * float(np.abs(stiffness[retained, retained]).max(initial=0.0)):
-        raise RomError(f"{body} is supported: ask for the rigid-body motions of a body that contact alone holds")
+        raise RomError(f"{body} is supported: rigid-body motions are for a body that is held only by contacts")
     inertia = motion[own].T @ mass @ motion[own]
     # m times the vector to the centre stands as a cross product in the coupling of translations and rotations.
     centre = np.array([inertia[1, 5], inertia[2, 3], inertia[0, 4]]) / inertia[0, 0]
@@ -114,8 +114,8 @@ def check_supported(bodies: Sequence[RigidBody]) -> None:
     loose = [f"{item.body}: {' and '.join(item.free)}" for item in bodies if item.free]
     if loose:
         raise RomError(
-            f"nothing holds {'; '.join(loose)} (about the centre of mass): give that line contact of more than one "
-            "station, a stiffness in both tangents, or the spring that holds it in the rig"
+            f"not held: {'; '.join(loose)} (about the centre of mass): give that line contact more than one station, "
+            "a stiffness in both tangents, or the spring that holds it in the rig"
         )
 
 

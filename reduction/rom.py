@@ -127,7 +127,9 @@ class ReducedModel(Tabular):
         """
         n_mode = self.n_dof if n_mode is None else n_mode
         if not 1 <= n_mode <= self.n_dof:
-            raise RomError(f"{n_mode} modes were asked of a reduced model of {self.n_dof}: ask for 1 to {self.n_dof}")
+            raise RomError(
+                f"{n_mode} modes were requested from a reduced model of {self.n_dof}: give 1 to {self.n_dof}"
+            )
         from fe.modal import ModeSet  # meshes and elements, which few models are asked for
 
         result = compute_dense_modes(self.mass, self.stiffness)

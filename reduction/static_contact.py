@@ -35,8 +35,8 @@ GROUND = 1e-10
 #: Smallest pivot of the stuck stiffness over its largest below which it counts as singular.
 SINGULAR = 1e-12
 FREE = (
-    "there is no rest under the static load: the contacts that stay closed leave a body free; check the direction of "
-    "the load, and gaps"
+    "there is no equilibrium under the static load: the contacts that stay closed leave a body free; check the "
+    "direction of the load, and gaps"
 )
 
 
@@ -105,7 +105,9 @@ def static_state(
     """
     pressed = [item.name for item in contacts if item.preload]
     if pressed:
-        raise JointError(f'contact "{pressed[0]}" has a preload, which the static solution shall find: leave it out')
+        raise JointError(
+            f'contact "{pressed[0]}" has a preload, but this is a result of the static solution: remove it'
+        )
     rows = np.array([item.normal for item in contacts]).reshape(-1, len(stiffness))
     k_n = np.array([item.normal_stiffness for item in contacts])
     gap = np.array([item.gap for item in contacts])
@@ -138,7 +140,8 @@ def static_state(
         closed = now
     else:
         raise JointError(
-            f"no rest was found under the static load in {MAX_ROUNDS} rounds per contact: check loads and gaps"
+            f"no equilibrium was found under the static load in {MAX_ROUNDS} iterations per contact: check loads "
+            "and gaps"
         )
     _refuse_open(lines or {}, contacts, closed)
     q = _find_rest(stiffness, contacts, closed, rows, k_n, gap, load)
@@ -189,8 +192,8 @@ def _refuse_open(
     for line, names in lines.items():
         if names and not on & set(names):
             raise JointError(
-                f'under the static load "{line}" opens all along its line, so that the body leaves its groove: check '
-                "the load's place and inclination, and gaps"
+                f'under the static load "{line}" opens along its whole length, so the body leaves its groove: check '
+                "place and inclination of the load, and gaps"
             )
 
 

@@ -41,8 +41,8 @@ def stuck_stiffness(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:
                 stuck += spring * np.outer(row, row)
         if not np.isfinite(stuck).all():
             raise JointError(
-                f'the joint "{joint.name}" is too stiff for any number: give smaller weights of its directions, or a '
-                "smaller stiffness"
+                f'the joint "{joint.name}" is too stiff for double precision: give smaller weights of its directions, '
+                "or a smaller stiffness"
             )
     return stuck
 
@@ -88,7 +88,7 @@ def stuck_damping(
     modes = compute_dense_modes(mass, stuck)
     elastic = np.flatnonzero(1 - modes.shift * modes.mu > RIGID)[:LOOKED_AT]
     if not len(elastic):
-        raise JointError("with all contacts stuck no mode is elastic, so that none can be given a damping ratio")
+        raise JointError("with all contacts stuck no mode is elastic, so no damping ratio can be assigned")
     shapes = modes.mode_shapes
     along = np.ones(len(elastic)) if seen is None else np.linalg.norm(np.atleast_2d(seen) @ shapes[:, elastic], axis=0)
     first = int(elastic[np.argmax(along >= SEEN * along.max())])

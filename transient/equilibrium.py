@@ -125,8 +125,8 @@ class _Search:
         lowest, highest = float(self._eigenvalue.min()), float(self._eigenvalue.max())
         if self.loaded and not lowest > RIGID * highest:
             raise TransientError(
-                f"the structure with its joints stuck has the eigenvalue {lowest:g} 1/s^2, so a body is held by "
-                "nothing: support it or give a start"
+                f"the structure with its joints stuck has the eigenvalue {lowest:g} 1/s^2, so a body is not "
+                "supported: support it or give a start"
             )
         self._lowest, self._scale = lowest, 0.0
 

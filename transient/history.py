@@ -68,7 +68,7 @@ def follow(
         No segments, or what `transient.integrate.integrate` refuses.
     """
     if not segments:
-        raise TransientError("a loading history without segments leads nowhere: give at least one")
+        raise TransientError("a loading history without segments is empty: give at least one")
     structure = make_modal_structure(system)
     state = equilibrium(structure, first_load) if start is None else start
     level, load = first_level, first_load

@@ -161,8 +161,8 @@ def decompose(system: JointedSystem, table: TransientJointTable, offset: Vector)
     """
     if system.structural_damping is not None:
         raise TransientError(
-            "the system has structural damping (a complex stiffness), which has no force in time: give it as viscous "
-            "damping, structural_damping / omega at the frequency of interest"
+            "the system has structural damping (a complex stiffness), which is not defined in the time domain: give "
+            "it as viscous damping, structural_damping / omega at the frequency of interest"
         )
     eigenvalue, shapes = modes(system, table, offset)
     damping = shapes.T @ system.damping @ shapes

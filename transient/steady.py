@@ -68,12 +68,12 @@ class SteadyMotion(JointHistory):
     def message(self) -> str:
         """Sentence on the steady state that was reached."""
         if self.period_multiple == 1:
-            return f"the motion repeats every period of the excitation, seen after {self.n_period} periods"
+            return f"the motion repeats every period of the excitation, detected after {self.n_period} periods"
         if self.period_multiple:
             return f"the motion repeats every {self.period_multiple} periods of the excitation"
         return (
             f"the motion does not repeat within {self.n_period} periods: it still changes by {self.period_change:.1e} "
-            f"of its amplitude per period, {self.distance:.1e} from a steady state at the decay seen"
+            f"of its amplitude per period, {self.distance:.1e} from a steady state at the observed decay"
         )
 
     def coefficients(self, n_harmonic: int) -> Complex[Array, "harmonic r"]:
@@ -85,7 +85,7 @@ class SteadyMotion(JointHistory):
             A motion that has not the period of the excitation, or more harmonics than the samples hold.
         """
         if not self.periodic:
-            raise TransientError(f"{self.message}: no Fourier series of one period describes it")
+            raise TransientError(f"{self.message}: it has no Fourier series of one period")
         n_sample = len(self.samples)
         if not 1 <= check_whole_number(n_harmonic, "n_harmonic", TransientError) <= (n_sample + 1) // 2:
             raise TransientError(

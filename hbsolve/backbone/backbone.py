@@ -145,7 +145,7 @@ def backbone(
     if not LEAST < check_real_number(step, "step", BalanceError) < np.inf:
         raise BalanceError(f"step = {step:g} must be finite and larger than {LEAST:g}")
     if balance.n_harmonic < 2:
-        raise BalanceError("n_harmonic = 1 is the mean alone: a mode needs its fundamental, n_harmonic = 2 at least")
+        raise BalanceError("n_harmonic = 1 is only the mean: a mode needs its fundamental, n_harmonic = 2 or more")
     if (
         np.abs(balance.system.damping - balance.system.damping.T).max()
         > ASYMMETRY * np.abs(balance.system.damping).max()
@@ -209,7 +209,7 @@ class _BackboneContinuation:
         modal, m = self.modal, self.modal.mode
         omega = float(np.sqrt(max(modal.modes.eigenvalue[m], 0.0)))
         if omega <= RIGID * float(np.sqrt(modal.modes.eigenvalue[-1])):
-            raise BalanceError(f"mode {m + 1} is a rigid-body motion, which has no frequency: take a higher one")
+            raise BalanceError(f"mode {m + 1} is a rigid-body motion, which has no frequency: choose a higher mode")
         zeta = float(modal.modes.damping[m, m]) / (2 * omega)
         linear = modal.linear(omega, zeta)
         start = ModalUnknowns(modal.rest + np.exp(first) * modal.fundamental(linear.by_amplitude), omega, zeta, first)

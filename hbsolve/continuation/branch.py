@@ -126,7 +126,9 @@ class ResponseBranch(Exported):
         if not self.leaps:
             return ends
         places = (f"{self.frequency[at]:.6g} Hz, level {self.level[at]:.6g}" for at in self.leaps)
-        return f"{ends}; it could not be followed to {' and '.join(places)}, and leaps there, maybe to another branch"
+        return (
+            f"{ends}; it could not be followed to {' and '.join(places)}, and jumps there, possibly to another branch"
+        )
 
     def output(self, row: int | Float[Real, " r"], harmonic: int = 1, derivative: int = 0) -> Complex[Array, " p"]:
         """Complex amplitude of one harmonic at an output, shape (p,) [m, m/s or m/s^2].

@@ -27,7 +27,9 @@ def make_path(balance: HarmonicBalance, branch: ResponseBranch) -> tuple[Path, R
         return FrequencyPath(balance=balance.at_level(float(level[0]))), frequency
     if np.ptp(frequency) == 0:
         return LevelPath(balance=balance, angular_frequency=float(frequency[0])), level
-    raise BalanceError("both frequency and level change along the branch: give one along which one of them does")
+    raise BalanceError(
+        "both frequency and level change along the branch: give a branch along which only one of them changes"
+    )
 
 
 def _find_level_power(frequency: Real, level: Real) -> int | None:

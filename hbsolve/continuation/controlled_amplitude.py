@@ -86,7 +86,9 @@ class ControlledAmplitude(Path):
     def __post_init__(self) -> None:
         amplitude = check_finite_number(self.amplitude, "amplitude", BalanceError)
         if amplitude <= 0:
-            raise BalanceError(f"amplitude = {amplitude:g} must be positive: it is what the control holds")
+            raise BalanceError(
+                f"amplitude = {amplitude:g} must be positive: it is the amplitude that the control maintains"
+            )
         object.__setattr__(self, "amplitude", amplitude)
         object.__setattr__(self, "row", _make_sensor_row(self.row, self.balance.system.n_dof))
         if check_whole_number(self.derivative, "derivative", BalanceError) not in (0, 1, 2):
@@ -97,10 +99,13 @@ class ControlledAmplitude(Path):
         if driven != [1]:
             where = f"in the harmonics {', '.join(map(str, driven))}" if driven else "nowhere"
             raise BalanceError(
-                f"the harmonic force acts {where}: response control scales a force in harmonic 1 alone, so give that"
+                f"the harmonic force acts {where}: response control scales only a force in harmonic 1, so give "
+                "such a force"
             )
         if self.base is not None and not _is_force(self.base, self.balance.structure.dynamic):
-            raise BalanceError("the base is not what excites the balance: give the system `base.force` and no other")
+            raise BalanceError(
+                "the balance is not excited by the base: give the system `base.force` and no other force"
+            )
 
     def displayed(self, value: float) -> float:
         """Omega in Hz."""
@@ -164,7 +169,7 @@ class ControlledAmplitude(Path):
 
     def _unmoved(self, value: float) -> str:
         return (
-            f"the force does not move the sensor at {self.displayed(value):.6g} Hz, so that no level holds its "
+            f"the force does not move the sensor at {self.displayed(value):.6g} Hz, so no level can control its "
             "amplitude: give another sensor, or another force"
         )
 
@@ -201,7 +206,7 @@ def _make_sensor_row(row: int | Vector, n_dof: int) -> Real:
     """The row of a sensor over all degrees of freedom, each of which reads itself."""
     weights = harmonic_at(np.eye(n_dof, dtype=np.complex128)[:, None], row, 0).real
     if not weights.any():
-        raise BalanceError("the row is zero: it reads nothing that could be held, so give one that is not")
+        raise BalanceError("the row is zero, so there is no amplitude to control: give a nonzero row")
     return np.asarray(weights)
 
 

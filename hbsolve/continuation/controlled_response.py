@@ -113,7 +113,7 @@ def begin_controlled(
         result = from_many_starts(balance, condensed, start, sliders)
         if result is None:
             shown = f"{continuation.path.displayed(continuation.first):.6g} {continuation.path.unit}"
-            raise NoSteadyState(f"no steady state with the amplitude of the control was found at {shown}") from None
+            raise NoSteadyState(f"no steady state with the controlled amplitude was found at {shown}") from None
         point = result
     return [(continuation.first, point)], continuation.state_at(point.motion, sliders)
 
@@ -151,8 +151,8 @@ def state_under_force(
     while trial.norm > TOLERANCE:
         if count == CORRECTIONS:
             raise NoSteadyState(
-                f"the steady state at {path.displayed(value):.6g} Hz, level {abs(level):g}, that holds the amplitude "
-                f"was found to {trial.norm:.1e} alone"
+                f"the steady state at {path.displayed(value):.6g} Hz, level {abs(level):g}, with the controlled "
+                f"amplitude was found only to {trial.norm:.1e}"
             )
         trial, count = trial.corrected(), count + 1
     at_level = path.balance.at_level(trial.level)

@@ -79,15 +79,15 @@ def interpolated_peak(angular_frequency: Values, amplitude: Values) -> Resonance
     near = slice(top - 1, top + 2)
     if not ((height[near] > 0).all() and (np.diff(omega[near]) > 0).all()):
         raise NoPeakError(
-            f"the samples beside the highest one at {omega[top]:.6g} rad/s must be positive and at other frequencies: "
-            f"they are {height[top - 1]:.3g} at {omega[top - 1]:.6g} and {height[top + 1]:.3g} at "
+            f"the samples next to the highest one at {omega[top]:.6g} rad/s must be positive and at other "
+            f"frequencies: they are {height[top - 1]:.3g} at {omega[top - 1]:.6g} and {height[top + 1]:.3g} at "
             f"{omega[top + 1]:.6g} rad/s"
         )
     peak = _fit_parabola(omega[near], height[near])
     if peak is None:
         raise NoPeakError(
-            f"the samples near {omega[top]:.6g} rad/s, {omega[top + 1] - omega[top]:.3g} rad/s apart, do not show the "
-            "height of the peak: sample it more finely"
+            f"the samples near {omega[top]:.6g} rad/s, {omega[top + 1] - omega[top]:.3g} rad/s apart, do not resolve "
+            "the peak: sample it more finely"
         )
     return peak
 
@@ -117,7 +117,9 @@ def resonance_peak(amplitude: Callable[[Values], Values], lowest: float, highest
         if peak is not None and omega[top + 1] - omega[top] <= LAST_SCAN * peak.half_power_width:
             return peak
         lowest, highest = omega[top - 1], omega[top + 1]
-    raise NoPeakError(f"the peak at {omega[top]:.6g} rad/s has no width: damp the mode, its height is infinite")
+    raise NoPeakError(
+        f"the peak at {omega[top]:.6g} rad/s has no width, because its height is infinite: give the mode damping"
+    )
 
 
 def undamped_from_peak(peak: ResonancePeak, damping_ratio: float) -> float:

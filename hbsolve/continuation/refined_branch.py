@@ -109,8 +109,8 @@ def _refuse_foreign(balance: HarmonicBalance, state: SteadyState) -> None:
     left = compute_relative_residual(balance, condensed, state.motion, forces, R)
     if not left <= FOREIGN:
         raise BalanceError(
-            f"the point at {state.frequency:.6g} Hz leaves {left:.1e} of the linear motion: give the balance and the "
-            "sliders with which the branch was found, over frequency or level"
+            f"the point at {state.frequency:.6g} Hz has a residual of {left:.1e} of the linear motion: give the "
+            "balance and the sliders with which the branch was found, over frequency or level"
         )
 
 

@@ -10,15 +10,15 @@ class StopReason(Enum):
 
     REACHED = "reached the last value"
     SOLVED = "solved at all frequencies"
-    TURNED_BACK = "turned back beyond its first value: begin further away, or follow the curve the other way"
+    TURNED_BACK = "turned back beyond its first value: begin further away, or follow the curve in the other direction"
     CLOSED = "the branch closes on itself (it has left the one it began on): continue from another state"
-    ISOLA = "it is an isola: a closed curve of its own"
+    ISOLA = "it is an isola, a separate closed curve"
     MOST_POINTS = "reached the largest number of points: allow more points or longer steps"
     FOLDED = (
-        "folds again and again, so that the largest number of points is reached: branches of stick and slip lie side "
-        "by side, as with large friction coefficients; take smaller ones"
+        "many folds in succession, so that the largest number of points is reached: branches of stick and slip lie "
+        "close together, as with large friction coefficients; reduce these"
     )
-    DRIFTED = f"a body that joints alone hold drifts: {Failure.DRIFT.value}"
+    DRIFTED = f"a body that is held only by joints drifts: {Failure.DRIFT.value}"
     UNSETTLED = f"the state of a joint does not repeat every period: {Failure.MEMORY.value}"
     FAILED = "the corrections fail even for the smallest step: continue from another state, or with more harmonics"
 
@@ -33,7 +33,7 @@ class StopReason(Enum):
         for reason in cls:
             if text == reason.name or text.startswith(_OLDER_SENTENCES[reason]):
                 return reason
-        raise BalanceError(f'"{text}" is no stop reason: it is one of {", ".join(cls.__members__)}')
+        raise BalanceError(f'"{text}" is not a stop reason: choose one of {", ".join(cls.__members__)}')
 
 
 #: How sentences of older files begin, tried in order of the members.

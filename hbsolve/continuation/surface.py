@@ -105,7 +105,7 @@ class ResponseSurface(Exported):
         if check_whole_number(fine, "fine", BalanceError) < 1:
             raise BalanceError(f"fine = {fine} must be at least 1: it counts cells between two points")
         if len(self.amplitude) < 2:
-            raise BalanceError("the surface has one amplitude: compute it for two at least")
+            raise BalanceError("the surface has only one amplitude: compute it for at least two")
         stiffness = self.level * np.exp(-1j * self.phase) / self.amplitude[:, None]
         omega, fine_omega = self.angular_frequency, _refine_places(self.angular_frequency, fine)
         decade, fine_decade = np.log(self.amplitude), _refine_places(np.log(self.amplitude), fine)

@@ -47,7 +47,7 @@ class LossFactor:
         for joint in balance.system.joints:
             if not joint.series_springs:
                 raise BalanceError(
-                    f'the loss factor knows the energy of friction contacts alone, but "{joint.name}" is a '
+                    f'the loss factor is defined only for the energy of friction contacts, but "{joint.name}" is a '
                     f"{type(joint).__name__}: bound an amplitude instead"
                 )
 

@@ -189,7 +189,7 @@ class ContactForceHarmonic:
         result = []
         for name in self.joints:
             if name not in names or balance.system.joints[names.index(name)].normal_direction is None:
-                raise BalanceError(f'"{name}" is no friction contact of the system: give the name of one')
+                raise BalanceError(f'"{name}" is not a friction contact of the system: give the name of one')
             first, last = balance.table.direction[names.index(name) :][:2]
             if not -1 <= self.direction < last - first - 1:
                 raise BalanceError(

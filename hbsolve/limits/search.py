@@ -73,9 +73,9 @@ class LimitSettings:
         ):
             value = check_whole_number(getattr(self, name), name, BalanceError)
             if value < least:
-                raise BalanceError(f"{name} = {value} must be {least} at least")
+                raise BalanceError(f"{name} = {value} must be at least {least}")
         if self.perturbations > PERTURBATIONS:
-            raise BalanceError(f"perturbations = {self.perturbations} must be {PERTURBATIONS} at most")
+            raise BalanceError(f"perturbations = {self.perturbations} must be at most {PERTURBATIONS}")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

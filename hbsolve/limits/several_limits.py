@@ -77,7 +77,7 @@ def several_limits(
         Frequencies or levels that are not positive and ascending, no objective, or one that the system does not have.
     """
     if not objectives:
-        raise BalanceError("there is no objective: give one at least")
+        raise BalanceError("there is no objective: give at least one")
     chosen = settings or LimitSettings()
     omega, scale = ascending(angular_frequency, "angular_frequency"), ascending(levels, "levels")
     searched = add_auxiliary_frequencies(problem.balance, omega, chosen.frequencies)

@@ -35,13 +35,13 @@ def join_limits(limits: Mapping[str, ResponseLimits], units: Mapping[str, str]) 
     import xarray
 
     if not limits:
-        raise BalanceError("there are no limits: give those of one quantity at least")
+        raise BalanceError("there are no limits: give those of at least one quantity")
     first = next(iter(limits.values()))
     for name, item in limits.items():
         for shared in SHARED:
             if not np.array_equal(getattr(item, shared), getattr(first, shared)):
                 raise BalanceError(
-                    f'limits of "{name}" have another {shared} than those before: join those of one search'
+                    f'limits of "{name}" have a different {shared} from those before: join those of one search'
                 )
     parts = [item.to_xarray() for item in limits.values()]
     own = xarray.concat([part.drop_vars([*SHARED, "frequency"]) for part in parts], "quantity")

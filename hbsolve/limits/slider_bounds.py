@@ -111,7 +111,7 @@ def _reach(given: float | Sequence[float] | Sliders | None, radius: Sliders) -> 
         if not wide > 0:
             default = " (by default mu N / k_t at rest, but no contact has a friction limit there)"
             raise BalanceError(
-                f"reach = {wide:g} m must be positive: it is how far sliders may have been dragged"
+                f"reach = {wide:g} m must be positive: it is the largest initial displacement of the sliders"
                 + (default if given is None else "")
             )
         return np.full(len(radius), wide)

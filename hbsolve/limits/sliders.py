@@ -64,8 +64,8 @@ def make_slider_table(balance: HarmonicBalance) -> SliderTable:
     if (stiffer := balance.find_stiffer_joint()) is not None:
         name, stiffness, most = stiffer
         raise BalanceError(
-            f'joint "{name}" has a stiffness of {stiffness:.3g} N/m, which response limits cannot have beside this '
-            f"structure: give {most:.3g} N/m, which are rigid there"
+            f'joint "{name}" has a stiffness of {stiffness:.3g} N/m, which is too stiff for response limits with this '
+            f"structure: give {most:.3g} N/m, which are practically rigid there"
         )
     rows: list[SliderInterval] = []
     lines: list[str] = []

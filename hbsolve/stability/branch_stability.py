@@ -34,10 +34,10 @@ class Bifurcation(Enum):
     """What happens where multipliers leave or enter the unit circle; the value is for people."""
 
     FOLD = "fold: the curve turns back, and the motion jumps to another branch"
-    BRANCH_POINT = "branch point: another branch of the same period crosses"
-    PERIOD_DOUBLING = "period doubling: a motion begins that repeats every second period"
-    NEIMARK_SACKER = "Neimark-Sacker: a motion begins that a second frequency modulates"
-    JUMP = "jump: multipliers jump, where a contact begins or ends to slip or to touch"
+    BRANCH_POINT = "branch point: another branch of the same period crosses here"
+    PERIOD_DOUBLING = "period doubling: a motion of twice the period begins"
+    NEIMARK_SACKER = "Neimark-Sacker: a motion modulated by a second frequency begins"
+    JUMP = "jump: multipliers jump, because a contact starts or stops slipping or touching"
     UNKNOWN = "unknown: no steady state was found between two points whose stability differs"
 
     @property

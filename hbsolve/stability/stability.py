@@ -99,6 +99,6 @@ def refuse_stiffer_joints(balance: HarmonicBalance) -> None:
     if (stiffer := balance.find_stiffer_joint()) is not None:
         name, stiffness, most = stiffer
         raise BalanceError(
-            f'joint "{name}" has a stiffness of {stiffness:.3g} N/m, too much beside this structure for its stability: '
-            f"give {most:.3g} N/m, which are rigid there"
+            f'joint "{name}" has a stiffness of {stiffness:.3g} N/m, which is too stiff for a stability analysis of '
+            f"this structure: give {most:.3g} N/m, which are practically rigid there"
         )

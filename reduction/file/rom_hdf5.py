@@ -83,11 +83,12 @@ class ModelFile:
             ) from error
         except _UNREADABLE as error:
             raise RomError(
-                f'"{path}" ({path.stat().st_size} bytes) is cut short, damaged or no HDF5 file: reduce the system again'
+                f'"{path}" ({path.stat().st_size} bytes) is truncated, damaged or not an HDF5 file: reduce the '
+                "system again"
             ) from error
         if kind != f"stickslip {self.what}":
             raise RomError(
-                f'"{path}" is an HDF5 file but no stickslip {self.what}: give one that `{self.writer}` wrote'
+                f'"{path}" is an HDF5 file but not a stickslip {self.what}: give one that `{self.writer}` wrote'
             )
         if result is None:
             raise RomError(

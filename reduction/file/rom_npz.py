@@ -67,12 +67,12 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, list[int]], dict[str, s
         held = read_npz(path)
         missing = [name for name in (*_ARRAYS, MARK, "provenance", "n_node") if name not in held]
         if missing:
-            raise RomError(f'"{path}" is no reduced model, it has no {missing[0]}: give one that save_rom_npz wrote')
+            raise RomError(f'"{path}" is not a reduced model, it has no {missing[0]}: give one that save_rom_npz wrote')
         arrays = {name: held[name] for name in (*_ARRAYS, "n_node")}
         return arrays, json.loads(held[MARK].item()), dict(json.loads(held["provenance"].item()))
     except RomError:
         raise
     except Exception as error:  # a dozen kinds, depending on which byte is damaged
         raise RomError(
-            f'"{path}" ({path.stat().st_size} bytes) is cut short, damaged or no .npz file: {_AGAIN}'
+            f'"{path}" ({path.stat().st_size} bytes) is truncated, damaged or not an .npz file: {_AGAIN}'
         ) from error

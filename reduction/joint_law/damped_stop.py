@@ -78,7 +78,7 @@ class DampedStop(DirectedJoint):
             raise JointError(f'joint "{self.name}": sides = {self.sides!r} must be "one" or "both"')
         if self.sides == "both" and self.gap < 0:
             raise JointError(
-                f'joint "{self.name}": gap = {self.gap:g} must not be negative for two sides: add a spring instead'
+                f'joint "{self.name}": gap = {self.gap:g} must not be negative for two sides: use a spring instead'
             )
 
     @property

@@ -133,7 +133,7 @@ class FrictionContact(PressedJoint):
     def slider_intervals(self) -> tuple[SliderInterval, ...] | str:
         """Limits that follow the normal; a disc has no interval."""
         if self.coupled:
-            return "couples its two tangents by one Coulomb limit: take uncoupled friction, or one tangent"
+            return "has one Coulomb limit for both tangents: use uncoupled friction, or one tangent"
         kt, mu, kn = self.tangential_stiffness, self.friction_coefficient, self.normal_stiffness
         constant, normal = mu * (self.preload - kn * self.gap), len(self.tangents)
         return tuple(SliderInterval(tangent, normal, kt, constant, mu * kn) for tangent in range(normal))
@@ -156,7 +156,7 @@ class FrictionContact(PressedJoint):
         if self.friction_coefficient > 0:
             raise ExchangeError(
                 f'joint "{self.name}" is a friction contact whose normal force varies, which {program} does not have: '
-                f"give a JenkinsElement with the limit mu N0 = {self.friction_coefficient * self.preload:g} N where it "
+                f"give a JenkinsElement with the limit mu N0 = {self.friction_coefficient * self.preload:g} N if it "
                 "hardly varies"
             )
         return ElasticStop(

@@ -107,7 +107,7 @@ class FrictionEllipse(PressedJoint):
     @property
     def slider_intervals(self) -> str:
         """None: an ellipse has no interval."""
-        return "couples its two tangents by one elliptic limit: take uncoupled friction, or one tangent"
+        return "has one elliptic limit for both tangents: use uncoupled friction, or one tangent"
 
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples

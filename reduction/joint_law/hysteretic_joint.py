@@ -65,7 +65,7 @@ class HystereticJoint(DirectedJoint):
     @property
     def slider_intervals(self) -> str:
         """None: it yields at any force."""
-        return "yields at any force, so that it has no interval in which it sticks: leave it out, or take jenkins"
+        return "yields at any force and has no interval of stick: remove it, or use jenkins"
 
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples

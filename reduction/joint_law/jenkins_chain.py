@@ -72,7 +72,7 @@ class JenkinsChain(DirectedJoint):
     @property
     def slider_intervals(self) -> str:
         """None: limits are searched for one slider per motion."""
-        return "has several sliders on one motion: give each as a joint of its own, of the law jenkins"
+        return "has several sliders on one motion: give each as a separate joint of the law jenkins"
 
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples

@@ -89,7 +89,7 @@ class LuGreFriction(DirectedJoint):
     @property
     def slider_intervals(self) -> str:
         """None: it creeps under any force."""
-        return "creeps under any force, so that it has no interval in which it sticks: leave it out, or take jenkins"
+        return "creeps under any force and has no interval of stick: remove it, or use jenkins"
 
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples

@@ -13,8 +13,8 @@ from reduction.joint_law.registry import Joint, Plausible
 #: ones contacts wedge: curves fold thousands of times, or there is no steady state.
 PLAUSIBLE_FRICTION = Plausible(
     10.0,
-    "is beyond any two solids (0 to 10): divide it by 100 if it is in percent, or put a spring in place of a contact "
-    "that never slips",
+    "is beyond that of any two solids (0 to 10): divide it by 100 if it is in percent, or use a spring instead of a "
+    "contact that never slips",
 )
 
 

@@ -49,6 +49,6 @@ class QuadraticDamper(DirectedJoint):
             Always.
         """
         raise ExchangeError(
-            f'joint "{self.name}" is a damper with the force d |v| v, which {program} does not have: leave it out, or '
+            f'joint "{self.name}" is a damper with the force d |v| v, which {program} does not have: remove it, or '
             "put a linear damper into the damping matrix"
         )

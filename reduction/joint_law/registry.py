@@ -271,7 +271,7 @@ class Joint(ABC):
     @property
     def slider_intervals(self) -> tuple[SliderInterval, ...] | str:
         """Where each slider sticks, or why that is no interval, as the end of a sentence with its remedy."""
-        return "has none: leave it out, or take another law" if self.n_slider else ()
+        return "has none: remove it, or use another law" if self.n_slider else ()
 
     def exported(self, program: str) -> "Joint":
         """The joint for export to other programs, as joints that these have.
@@ -289,8 +289,8 @@ class Joint(ABC):
         if self.nlvib is not None:
             return self
         raise ExchangeError(
-            f'joint "{self.name}" is of the law "{self.kind}", which {program} does not have: leave it out, or replace '
-            "it by a law that it has"
+            f'joint "{self.name}" is of the law "{self.kind}", which {program} does not have: remove it, or replace '
+            "it by a law that exists there"
         )
 
     def pyharm(self, scale: float) -> Mapping[str, Any]:
@@ -302,7 +302,7 @@ class Joint(ABC):
             pyHarm has no such law.
         """
         del scale
-        raise ExchangeError(f'joint "{self.name}" has no counterpart in pyHarm: leave it out')
+        raise ExchangeError(f'joint "{self.name}" has no counterpart in pyHarm: remove it')
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """The joint with other values of some fields, or of some numbers of lists, such as "limit_force[0]"."""

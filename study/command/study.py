@@ -24,8 +24,9 @@ PAPER = format_details(
     examples=["stickslip study paper --out replayed", "stickslip study paper --quick --out tried"],
 )
 CALIBRATE = format_details(
-    """Linear iterations, nonlinear iterations by families over limits, criteria and intervals. Steps without data in the
-    campaign are omitted and listed. Writes calibration.html, figures and the calibrated case. See docs/paper.md.""",
+    """Linear iterations, nonlinear iterations by families over limits, criteria and intervals. Steps without data
+    in the campaign are omitted and listed. Writes calibration.html, figures and the calibrated case. See
+    docs/paper.md.""",
     examples=["stickslip study calibrate rig.toml campaign --out calibrated"],
 )
 

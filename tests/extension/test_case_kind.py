@@ -207,7 +207,7 @@ def test_a_kind_that_is_not_loaded_is_unknown(case: Path) -> None:
 
 def test_a_kind_without_a_fact_or_with_a_name_that_is_taken_is_refused(case: Path, tmp_path: Path) -> None:
     member = CASE_KINDS["mass_on_wall"]
-    with pytest.raises(RegistryError, match=r'"mass_on_wall" is registered already in .*mass_on_wall.py, line'):
+    with pytest.raises(RegistryError, match=r'"mass_on_wall" is already registered in .*mass_on_wall.py, line'):
         CASE_KINDS.register(member)
     short = tmp_path / "short.py"
     short.write_text(

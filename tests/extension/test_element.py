@@ -187,7 +187,7 @@ def test_a_case_file_that_names_none_is_answered_with_those_that_there_are(eleme
         ({"shape": lambda points: HEX20.shape(points)[:, :15]}, "shape functions that are not 1 at their own node"),
         ({"from_brick": HEX20.from_brick}, "from_brick makes cells of 20"),
         ({"cell_type": "tetra10"}, 'cell_type "tetra10" of another element'),
-        ({"name": "hex20"}, '"hex20" is registered already'),
+        ({"name": "hex20"}, '"hex20" is already registered'),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
 )

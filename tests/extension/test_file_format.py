@@ -78,7 +78,7 @@ def test_files_of_one_suffix_go_to_the_format_that_recognises_them(mesh_suffix: 
         ({"suffixes": (".MSH",)}, r"suffixes \('.MSH',\): give lower-case"),
         ({"suffixes": ()}, "lower-case"),
         ({"suffixes": (".vtu",)}, r'writes \.vtu files, as "vtk" does'),
-        ({"name": "gmsh"}, '"gmsh" is registered already'),
+        ({"name": "gmsh"}, '"gmsh" is already registered'),
     ],
 )
 def test_a_format_that_another_contradicts_is_refused(

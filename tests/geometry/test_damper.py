@@ -134,7 +134,10 @@ def test_any_damper_has_the_volume_of_its_closed_form(
             {"cone_half_angle": 8.53},
             r"cone_half_angle = 488\.733 deg is not between 0\.05 and 45 deg \(in Python give radians\)",
         ),
-        ({"contact_length": 0.05}, r"contact_length = 50 mm lets the cones end in a point .*radius = 6 mm"),
+        (
+            {"contact_length": 0.05},
+            r"contact_length = 50 mm is longer than the cones, which end in a point .*radius = 6 mm",
+        ),
     ],
 )
 def test_what_cannot_be_built_is_said_in_one_sentence(dimensions: dict[str, float], message: str) -> None:

@@ -125,7 +125,7 @@ def test_any_decoupler_has_the_volume_by_hand(angle: float, thickness: float, ne
         ({"arms_meet": 0.013}, r"arms_meet = 13 mm exceeds contact_length = 12 mm"),
         (
             {"arm_thickness": 0.024, "cell_thickness": 0.024},
-            r"arm_thickness = 24 mm lets the arms overlap behind the plate \(give 19\.799 mm at most, or a thicker",
+            r"arm_thickness = 24 mm makes the arms overlap behind the plate \(give 19\.799 mm at most, or a thicker",
         ),
         (
             {"pad_height_above_groove": 0.022},
@@ -133,7 +133,7 @@ def test_any_decoupler_has_the_volume_by_hand(angle: float, thickness: float, ne
         ),
         ({"lip_above_axis": 0.006}, r"lip_above_axis = 6 mm closes the groove, whose radius is 5\.75"),
         ({"width": 0.014}, r"width = 14 mm lets the groove, 14\.5\d+ mm wide at its mouth, break through"),
-        ({"cell_thickness": 0.16}, r"cell_thickness = 160 mm lets the two load cells meet"),
+        ({"cell_thickness": 0.16}, r"cell_thickness = 160 mm makes the two load cells touch"),
         ({"cone_half_angle": 0.0}, r"cone_half_angle = 0 deg is not between 0\.05 and 45 deg"),
     ],
 )

@@ -149,10 +149,11 @@ def test_the_step_file_holds_five_named_bodies(parts: dict[str, Part], tmp_path:
     [
         ({"damper": Damper(cone_half_angle=radians(8.0))},
          r"the rig cannot be built: cone_half_angle = 8 deg of the damper is not that of the blade, 8\.53 deg, so "
-         r"that they part by 113 um along the line \(give all bodies the same\); cone_half_angle = 8 deg .* decoupler"),
+         r"that they separate by 113 um along the line \(give all bodies the same\); cone_half_angle = 8 deg .*"
+         r" decoupler"),
         ({"decoupler": Decoupler(contact_length=0.010)},
          r"contact_length = 12 mm of the damper is not that of the decoupler, 10 mm"),
-        ({"blade": Blade(groove_radius=0.004)}, r"groove_radius = 4 mm of the blade does not take the damper's end"),
+        ({"blade": Blade(groove_radius=0.004)}, r"groove_radius = 4 mm of the blade is too narrow for the damper end"),
         ({"excitation_radius": 0.012}, r"excitation_radius = 12 mm is not between .* and 11 mm, .* = 20 mm"),
         ({"excitation_radius": 0.0}, r"excitation_radius = 0 mm is not between"),
         ({"blade": Blade(excitation_height=0.003)}, r"excitation_radius = 5 mm is not between .* and 3 mm"),

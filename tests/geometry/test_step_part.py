@@ -89,7 +89,7 @@ def test_a_file_in_inches_is_the_same_body(named: Path, tmp_path: Path) -> None:
 def test_loose_faces_that_close_are_sewn_and_it_is_said(tmp_path: Path) -> None:
     path = written(cq.Compound.makeCompound(block().Faces()), tmp_path / "faces.step")
     body = read_body(path)
-    assert body.healing == ("7 loose faces were sewn to a solid",)
+    assert body.healing == ("7 separate faces were sewn into a solid",)
     assert body.solid.Volume() == pytest.approx(20 * 30 * 40 - np.pi * 25 * 40, rel=1e-8)
     assert read_body(written(block(), tmp_path / "sound.step")).healing == ()
 
@@ -112,14 +112,14 @@ def test_solids_that_are_apart_are_not_intersected(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(cq.Shape, "intersect", refuse)
     one = cq.Solid.makeBox(10, 10, 10)
     apart = written(cq.Compound.makeCompound([one, one.translate(cq.Vector(20, 0, 0))]), tmp_path / "apart.step")
-    with pytest.raises(InputError, match="holds 2 solids: export the one body"):
+    with pytest.raises(InputError, match="holds 2 solids: export only the intended body"):
         read_body(apart)
 
 
 def test_several_solids_are_refused_and_their_overlap_is_told(tmp_path: Path) -> None:
     one = cq.Solid.makeBox(10, 10, 10)
     apart = written(cq.Compound.makeCompound([one, one.translate(cq.Vector(20, 0, 0))]), tmp_path / "apart.step")
-    with pytest.raises(InputError, match=r"apart\.step holds 2 solids: export the one"):
+    with pytest.raises(InputError, match=r"apart\.step holds 2 solids: export only the intended"):
         read_body(apart)
     over = written(cq.Compound.makeCompound([one, one.translate(cq.Vector(9, 0, 0))]), tmp_path / "over.step")
     with pytest.raises(InputError, match=r"over\.step holds 2 solids, of which number 1 and 2 overlap by 100 mm\^3"):
@@ -130,7 +130,7 @@ def test_what_is_no_step_file_is_refused(tmp_path: Path, named: Path) -> None:
     with pytest.raises(InputError, match=r"none\.step cannot be read \(No such file"):
         read_body(tmp_path / "none.step")
     (tmp_path / "text.step").write_text("solid ascii\nendsolid\n")
-    with pytest.raises(InputError, match=r"text\.step is no STEP file, which begins with"):
+    with pytest.raises(InputError, match=r"text\.step is not a STEP file, which begins with"):
         read_body(tmp_path / "text.step")
     (tmp_path / "blank.step").write_text("\n")
     with pytest.raises(InputError, match=r"blank\.step is empty: export or copy it again"):
@@ -140,13 +140,13 @@ def test_what_is_no_step_file_is_refused(tmp_path: Path, named: Path) -> None:
         read_body(tmp_path / "cut.step")
     empty = "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
     (tmp_path / "empty.step").write_text(empty)
-    with pytest.raises(InputError, match=r"empty\.step is a STEP file without a body"):
+    with pytest.raises(InputError, match=r"empty\.step is a STEP file without a readable body"):
         read_body(tmp_path / "empty.step")
 
 
 def test_curves_alone_are_refused(tmp_path: Path) -> None:
     path = written(cq.Edge.makeCircle(5), tmp_path / "circle.step")
-    with pytest.raises(InputError, match=r"circle\.step holds no faces"):
+    with pytest.raises(InputError, match=r"circle\.step contains no faces"):
         read_body(path)
 
 
@@ -186,10 +186,10 @@ def test_a_face_in_two_regions_is_refused(named: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({}, "asked for by nothing"),
-        ({"colour": "red"}, 'colour = "red" is no colour'),
+        ({}, "has no selector"),
+        ({"colour": "red"}, 'colour = "red" is not a colour'),
         ({"normal": (0, 0, 0)}, r"normal = \(0, 0, 0\) has no direction"),
-        ({"area": (2.0, 1.0)}, r"area = \(2\.0, 1\.0\) m\^2 must be the least"),
+        ({"area": (2.0, 1.0)}, r"area = \(2\.0, 1\.0\) m\^2 must be the smallest"),
     ],
 )
 def test_a_selector_that_means_nothing_is_refused(given: dict[str, object], message: str) -> None:

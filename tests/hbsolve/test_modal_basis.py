@@ -128,7 +128,7 @@ def test_an_undamped_resonance_is_refused_in_any_units(unit: float) -> None:
         shapes=np.eye(2), diagonals=diagonals, shift=0.0, directions=np.zeros((2, 0)), strength=np.zeros((4, 0))
     )
     resonance, force = np.sqrt(stiffness[0] / mass[0]), np.array([[unit, 0.0]], dtype=complex)
-    with pytest.raises(ForceError, match="meets undamped mode 1"):
+    with pytest.raises(ForceError, match="is exactly at the undamped mode 1"):
         modal.response(np.array([resonance]), force)
     # A millionth beside it there is none; 1e-6 of the stiffness are left with ten digits.
     omega = resonance * (1 + 1e-6)

@@ -215,7 +215,9 @@ def test_a_stiffer_spring_of_a_slider_changes_the_response_less_and_less(joint: 
     assert amplitude(1e4) == pytest.approx(rigid, rel=2e-3)
     for stiffness in (1e7, 1e8, 1e9):
         assert amplitude(stiffness) == pytest.approx(rigid, rel=1e-5)
-    with pytest.raises(BalanceError, match=r'"rub" has a stiffness of 3e\+14 N/m.* 2e\+06 N/m are rigid there'):
+    with pytest.raises(
+        BalanceError, match=r'"rub" has a stiffness of 3e\+14 N/m.* 2e\+06 N/m are practically rigid there'
+    ):
         amplitude(3e14)
 
 

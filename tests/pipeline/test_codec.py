@@ -145,7 +145,7 @@ def test_a_dataclass_of_the_product_is_rebuilt() -> None:
 )  # fmt: skip
 def test_a_tree_that_names_what_has_no_place_in_one_is_refused(mark: str, module: str, name: str) -> None:
     given: list[Any] = [{"command": "true"}] if mark == "dataclass" else [["tuple", "true"], None]
-    with pytest.raises(ValueError, match=r"foreign module|no class of that kind"):
+    with pytest.raises(ValueError, match=r"foreign module|not a class of that kind"):
         decode([mark, module, name, *given], {}.__getitem__)
 
 

@@ -88,5 +88,5 @@ def test_a_pool_whose_processes_cannot_begin_is_one_sentence(monkeypatch: pytest
         raise EOFError("unexpected EOF")  # of the process that makes processes, where that was killed
 
     monkeypatch.setattr("pipeline.parallel.ProcessPoolExecutor.submit", ended)
-    with pytest.raises(ComputationFailed, match="killed before it began"), process_pool([], 1):
+    with pytest.raises(ComputationFailed, match="killed before it started"), process_pool([], 1):
         pass

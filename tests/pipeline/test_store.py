@@ -177,7 +177,7 @@ def test_a_disk_that_fails_during_a_write_costs_the_cache_and_not_the_result(
 
     monkeypatch.setattr(record_module, "_compute_checksum", full_disk)
     np.testing.assert_array_equal(store.run(double, 21)["twice"], [42])
-    assert warnings == [f"the cache {tmp_path} cannot be written (No space left on device): going on without it"]
+    assert warnings == [f"the cache {tmp_path} cannot be written (No space left on device): continuing without it"]
     assert not list((tmp_path / "unfinished").iterdir())
 
 
@@ -190,7 +190,7 @@ def test_a_result_that_cannot_be_stored_is_given_with_one_sentence(tmp_path: Pat
     store = Store(tmp_path, warnings.append)
     assert store.run(stage("function")(give)) is len
     (sentence,) = warnings
-    assert sentence.startswith("the result of function is not stored, and will be computed again: ")
+    assert sentence.startswith("the result of function cannot be stored, and will be computed again: ")
 
 
 def test_clearing_removes_results_and_nothing_else(tmp_path: Path) -> None:

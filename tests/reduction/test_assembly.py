@@ -89,7 +89,7 @@ def test_a_truncated_model_is_one_reduced_with_fewer_modes(whole: Whole) -> None
     cut = truncated(many, 4)
     np.testing.assert_allclose(cut.modes(4).frequency, few.modes(4).frequency, rtol=1e-10)
     assert cut.recovery.shape == few.recovery.shape
-    with pytest.raises(RomError, match=r"10 modes were asked of a reduced model with 9"):
+    with pytest.raises(RomError, match=r"10 modes were requested from a reduced model with 9"):
         truncated(many, 10)
     assert select_lowest_modes({"a": many, "b": many}, 3)["a"].n_dof in {many.n_boundary + 1, many.n_boundary + 2}
 

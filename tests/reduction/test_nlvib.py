@@ -251,7 +251,7 @@ def test_missing_and_damaged_files_and_folders_are_refused(tmp_path: Path) -> No
     with pytest.raises(ExchangeError, match="there is no file"):
         load_nlvib(tmp_path / "s.mat")
     (tmp_path / "s.mat").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(200))
-    with pytest.raises(ExchangeError, match="no MATLAB file, or damaged"):
+    with pytest.raises(ExchangeError, match="not a MATLAB file, or damaged"):
         load_nlvib(tmp_path / "s.mat")
     with pytest.raises(ExchangeError, match="create it first"):
         save_nlvib(system(), tmp_path / "none" / "s.mat")

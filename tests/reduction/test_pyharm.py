@@ -139,5 +139,5 @@ def test_what_pyharm_lacks_is_refused_by_name(bad: JointedSystem, message: str) 
 def test_ranges_and_harmonics_without_a_curve_are_refused() -> None:
     with pytest.raises(ExchangeError, match="200 to 50 rad/s must be positive and ascend"):
         make_pyharm_input(system(), 200.0, 50.0)
-    with pytest.raises(ExchangeError, match="n_harmonic = 1 keeps the mean alone"):
+    with pytest.raises(ExchangeError, match="n_harmonic = 1 keeps only the mean"):
         make_pyharm_input(system(), 50.0, 200.0, n_harmonic=1)

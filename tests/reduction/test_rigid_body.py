@@ -180,7 +180,7 @@ def test_every_loose_body_is_in_the_message(held: Held) -> None:
 
 def test_a_supported_body_is_refused(held: Held) -> None:
     none = np.zeros((held.assembly.n_dof,) * 2)
-    with pytest.raises(RomError, match="beam is supported: ask for the rigid-body motions of a body that contact"):
+    with pytest.raises(RomError, match="beam is supported: rigid-body motions are for a body that is held"):
         make_rigid_body(held.assembly, "beam", held.meshes["beam"].points, none)
 
 

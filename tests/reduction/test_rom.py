@@ -75,7 +75,7 @@ def test_rows_are_found_by_set_name_and_direction() -> None:
 def test_what_does_not_fit_is_refused() -> None:
     with pytest.raises(RomError, match=r"shape \(5,\) cannot be recovered: .* the 6 coordinates"):
         model().displacement(np.zeros(5))
-    with pytest.raises(RomError, match="7 modes were asked of a reduced model of 6"):
+    with pytest.raises(RomError, match="7 modes were requested from a reduced model of 6"):
         model().modes(7)
 
 

@@ -138,5 +138,5 @@ def test_a_model_of_another_system_is_refused() -> None:
     rom = craig_bampton(lattice(6, 5), {"boundary": np.array([1])}, n_mode=3)
     with pytest.raises(RomError, match="30 degrees of freedom was not made from this system of 42"):
         rom_error(lattice(7, 6), rom, 2)
-    with pytest.raises(RomError, match="9 modes were asked of a reduced model of 4"):
+    with pytest.raises(RomError, match="9 modes were requested from a reduced model of 4"):
         rom_error(lattice(6, 5), rom, 9)

@@ -14,7 +14,7 @@ from reduction.static_contact import StaticState, static_state
 Array = NDArray[np.float64]
 #: A tangential stiffness that counts for nothing beside normal ones of 1e6 N/m: contacts without friction.
 NOTHING = 1e-9
-NO_REST = "there is no rest under the static load: the contacts that stay closed leave a body free"
+NO_REST = "there is no equilibrium under the static load: the contacts that stay closed leave a body free"
 
 
 def contact(
@@ -230,7 +230,7 @@ def test_a_preload_is_refused() -> None:
     feet = block(np.array([-1.0, 1.0]))
     pressed = contact("tight", feet[0].normal, feet[0].tangents)
     object.__setattr__(pressed, "preload", 3.0)
-    with pytest.raises(JointError, match=r'contact "tight" has a preload, which the static solution shall find'):
+    with pytest.raises(JointError, match=r'contact "tight" has a preload, but this is a result of the static solution'):
         static_state(np.zeros((3, 3)), [feet[1], pressed], pressed_at(0.0, 10.0))
 
 
@@ -256,7 +256,7 @@ def test_a_line_with_a_gap_all_along_leaves_the_other_one() -> None:
     load = pressed_at(-1.4, 10.0)
     # Two feet carry the load by the law of the lever.
     np.testing.assert_allclose(static_state(np.zeros((3, 3)), feet, load).normal, [4, 6, 0, 0], atol=1e-9)
-    with pytest.raises(JointError, match='under the static load "right" opens all along its line'):
+    with pytest.raises(JointError, match='under the static load "right" opens along its whole length'):
         static_state(np.zeros((3, 3)), feet, load, {"right": ["foot.3", "foot.4"]})
 
 
@@ -266,7 +266,7 @@ def test_a_line_that_opens_all_along_is_named() -> None:
     load = pressed_at(-1.4, 10.0)
     soft = np.diag([0.0, 1e3, 1e3])
     assert (static_state(soft, feet, load).normal > 0).tolist() == [True, True, False, False]
-    with pytest.raises(JointError, match=r'under the static load "right" opens all along its line'):
+    with pytest.raises(JointError, match=r'under the static load "right" opens along its whole length'):
         static_state(soft, feet, load, lines)
     # A line that keeps one of its stations stays.
     lines = {"left": ["foot.1"], "right": ["foot.2", "foot.3", "foot.4"]}

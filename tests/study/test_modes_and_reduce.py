@@ -158,7 +158,9 @@ def test_a_reduced_model_of_another_version_or_cut_short_is_refused_by_name(
     other.write_bytes(whole)
     with h5py.File(other, "r+") as file:
         file.attrs["format_version"] = 2
-    with pytest.raises(RomError, match=r"short\.h5.*is cut short, damaged or no HDF5 file: reduce the system again"):
+    with pytest.raises(
+        RomError, match=r"short\.h5.*is truncated, damaged or not an HDF5 file: reduce the system again"
+    ):
         load_rom(short)
     with pytest.raises(RomError, match=r"other\.h5.*has format version 2, but .* reads version 1: reduce .* again"):
         load_rom(other)

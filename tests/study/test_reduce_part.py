@@ -522,7 +522,7 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
         (
             '"bar.step"',
             '"text.step"',
-            'file = "text.step": text.step is no STEP file, which begins with "ISO-10303-21;": name one',
+            'file = "text.step": text.step is not a STEP file, which begins with "ISO-10303-21;": name one',
         ),
         (
             '"bar.step"',

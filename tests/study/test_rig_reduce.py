@@ -413,7 +413,7 @@ def test_a_pair_and_a_side_override_what_is_common(tmp_path: Path, short_rig: st
         (
             "mu = 0.8",
             'mu = 0.8\n[structure.decoupler]\ncone_half_angle = "9 deg"',
-            r'structure\.decoupler\.cone_half_angle = "9 deg": the rig cannot .* they part by .* um along the line',
+            r'structure\.decoupler\.cone_half_angle = "9 deg": the rig cannot .* they separate by .* um along the line',
         ),
         (
             "mu = 0.8",

@@ -233,7 +233,7 @@ def test_the_command_says_how_the_rig_rests_and_what_each_curve_does(document: d
         (
             "[sweep]",
             '[structure.dead_weight.right]\ninclination = "80 deg"\n[sweep]',
-            'structure.dead_weight.right.inclination = "80 deg": under the static load "right_blade" opens all along',
+            'structure.dead_weight.right.inclination = "80 deg": under the static load "right_blade" opens along',
         ),
         ("[sweep]", '[structure.dead_weight.left]\nshift = "7 mm"\n[sweep]', "is outside the damper's cylinder"),
         # A wire that pushes down instead of pulling up takes the damper out of its grooves.
@@ -279,7 +279,7 @@ def test_after_a_mistake_is_mended_nothing_that_was_finished_is_computed_again(
 ) -> None:
     # Another size than in the other tests, so that no body has been reduced yet.
     short = short_rig.replace('size = "8 mm"', 'size = "9 mm"')
-    with pytest.raises(CaseError, match="opens all along its line"):
+    with pytest.raises(CaseError, match="opens along its whole length"):
         solved(store, short + '[structure.dead_weight.right]\ninclination = "80 deg"\n' + SWEEP)
 
     def refuse(*_: object) -> None:

@@ -212,7 +212,7 @@ def test_limits_of_different_searches_are_not_joined(home: Path, capfd: pytest.C
     one = load_several_limits("out/my_limits.nc")[FORCES[0]]
     limits(home, capfd, CASE.replace("levels = [1, 4]", "levels = [1, 5]"), "other")
     two = load_several_limits("other/my_limits.nc")[FORCES[1]]
-    with pytest.raises(ValueError, match=f'limits of "{FORCES[1]}" have another level'):
+    with pytest.raises(ValueError, match=f'limits of "{FORCES[1]}" have a different level'):
         join_limits({FORCES[0]: one, FORCES[1]: two}, dict.fromkeys(FORCES, "N"))
 
 

@@ -84,7 +84,7 @@ def test_a_motion_that_no_structure_makes_is_warned_of(
 def test_a_friction_coefficient_that_is_a_percentage_without_its_sign_is_refused(home: Path, table: str) -> None:
     head = "[[joint]]\n" if table.startswith("kind") else "[[line]]\n"
     (home / "my.toml").write_text(CASE + head + table.replace("MU", "40"))
-    with pytest.raises(CaseError, match=r"friction_coefficient.*40 is beyond any two solids .* in percent"):
+    with pytest.raises(CaseError, match=r"friction_coefficient.*40 is beyond that of any two solids .* in percent"):
         read_case(home / "my.toml")
     (home / "my.toml").write_text(CASE + head + table.replace("MU", '"40 %"'))
     assert sorted(joint.friction_coefficient for joint in joints(home)) == [0.4, 0.5]

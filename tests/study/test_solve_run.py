@@ -350,7 +350,7 @@ def test_negative_damping_is_told_in_one_sentence(home: Path, capfd: pytest.Capt
     assert json.loads(output.out)["n_dof"] == 1
     assert output.err.splitlines()[:1] == [
         "stickslip: warning: the damping has the eigenvalue -20 N s/m in its symmetric part, whose largest is -20 "
-        "N s/m: it puts energy into a motion, as follower forces do, so check its sign if the structure is passive"
+        "N s/m: it adds energy to a motion, like follower forces, so check its sign if the structure is passive"
     ]
 
 

@@ -62,7 +62,7 @@ class HiddenEffect:
         if self.kind == NOTHING:
             return
         if self.kind not in KINDS:
-            raise TransientError(f'the effect "{self.kind}" is none of {", ".join([*KINDS, NOTHING])}')
+            raise TransientError(f'the effect "{self.kind}" is not one of {", ".join([*KINDS, NOTHING])}')
         if self.place not in KINDS[self.kind]:
             raise TransientError(f'"{self.kind}" at "{self.place}" is not known: give {" or ".join(KINDS[self.kind])}')
         if not np.isfinite(self.strength) or (self.strength < 0 and self.kind not in SIGNED):

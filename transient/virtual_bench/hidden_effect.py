@@ -67,7 +67,7 @@ def random_effect(
     if kind == NOTHING:
         return HiddenEffect(kind=NOTHING)
     if kind not in KINDS:
-        raise TransientError(f'the effect "{kind}" is none of {", ".join([*KINDS, NOTHING])}')
+        raise TransientError(f'the effect "{kind}" is not one of {", ".join([*KINDS, NOTHING])}')
     place = KINDS[kind][int(where * len(KINDS[kind]))] if place is None else place
     if strength is None:
         strength = read_unit_strengths()[kind][place] * float(STRONGEST**size)

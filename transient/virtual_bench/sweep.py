@@ -127,8 +127,8 @@ class VirtualSweepTest:
         for joint in system.joints:
             if joint.n_slider > 1:
                 raise TransientError(
-                    f'the bench follows the friction of joints with one slider, "{joint.name}" has {joint.n_slider}: '
-                    "give it one tangent"
+                    f'the bench supports only joints with one slider, but "{joint.name}" has {joint.n_slider}: give '
+                    "it one tangent"
                 )
         self.structure = structure = _stuck_structure(system)
         self._rows = np.array(list(sensors.values())) @ structure.mode_shapes

@@ -243,7 +243,7 @@ def test_a_dead_channel_is_refused_with_its_reading(tmp_path: Path) -> None:
         ("repeats = [2]", "repeats = [7]", r"held_out\.repeats = 7 was not measured; hold out some of 1, 2"),
         ("repeats = [2]", "repeats = [1, 2]", r"held_out holds out everything"),
         ("[held_out]", "[heldout]", r'heldout.*unknown key; did you mean "held_out"\?'),
-        ("title =", "title", r"campaign\.toml:2: this is not TOML: expected '='"),
+        ("title =", "title", r"campaign\.toml:2: this is not valid TOML: expected '='"),
     ],
 )
 def test_a_bad_manifest_is_refused_with_its_key(tmp_path: Path, old: str, new: str, message: str) -> None:

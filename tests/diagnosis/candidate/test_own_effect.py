@@ -165,7 +165,7 @@ def test_a_file_that_registers_a_kind_counts_where_it_is_named_alone(bench: Mode
 def test_a_kind_without_a_fact_or_with_the_name_of_another_is_refused(tmp_path: Path) -> None:
     with pytest.raises(EffectError, match=r"own\.py, line \d+: it fails with TypeError .*'acts_on'"):
         read_effects(written(tmp_path, GOOD + KIND.replace('acts_on="the exciter", ', "")))
-    with pytest.raises(EffectError, match=r'own\.py, line \d+: .*"mass" is registered already in .*mass\.py'):
+    with pytest.raises(EffectError, match=r'own\.py, line \d+: .*"mass" is already registered in .*mass\.py'):
         read_effects(written(tmp_path, GOOD + KIND.replace('name="exciter gain"', 'name="mass"')))
     with pytest.raises(EffectError, match=r'own\.py, line \d+: .*"exciter gain" has physics = .*: say it in words'):
         read_effects(written(tmp_path, GOOD + KIND.replace("physics=Louder.physics", 'physics=""')))

@@ -99,7 +99,7 @@ def test_values_that_make_no_friction_are_no_model(bench: Model) -> None:
     largest = max(joint.friction_coefficient for joint in list_friction_contacts(bench.system.joints))
     just = (0.999 * 10 / largest) ** 0.5
     assert unknowns.compose(np.array([just, just])).system.n_dof == bench.system.n_dof
-    with pytest.raises(ModelError, match=r"mu: .* beyond any two solids"):
+    with pytest.raises(ModelError, match=r"mu: .* beyond that of any two solids"):
         unknowns.compose(np.array([1.01 * just, 1.01 * just]))
 
 

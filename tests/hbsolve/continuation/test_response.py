@@ -466,6 +466,6 @@ def test_a_curve_says_where_it_leaps(tmp_path: Path) -> None:
     np.testing.assert_allclose(branch.amplitude(0), branch.level / abs(1 + 0.1j), rtol=1e-8)
     assert branch.level[leap - 1] < 0.5
     assert branch.level[leap] >= 0.75
-    assert f"Hz, level {branch.level[leap]:.6g}, and leaps" in branch.stop_message
+    assert f"Hz, level {branch.level[leap]:.6g}, and jumps" in branch.stop_message
     branch.save(tmp_path / "branch.nc")
     assert load_branch(tmp_path / "branch.nc").leaps == branch.leaps

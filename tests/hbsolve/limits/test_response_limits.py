@@ -231,9 +231,9 @@ def test_a_pressed_contact_without_friction_gives_no_reach() -> None:
 def test_bad_problems_are_refused(balance: HarmonicBalance) -> None:
     with pytest.raises(BalanceError, match="degree of freedom 4 does not exist"):
         limit_problem(balance, OutputHarmonic(row=4))
-    with pytest.raises(BalanceError, match="harmonic 4 is none of 0 to 3"):
+    with pytest.raises(BalanceError, match="harmonic 4 is not between 0 and 3"):
         limit_problem(balance, OutputHarmonic(row=0, harmonic=4))
-    with pytest.raises(BalanceError, match='"pad" is no friction contact'):
+    with pytest.raises(BalanceError, match='"pad" is not a friction contact'):
         limit_problem(balance, ContactForceHarmonic(joints=["pad"], direction=0))
     with pytest.raises(BalanceError, match="no direction 1"):
         limit_problem(balance, ContactForceHarmonic(joints=["blade 1"], direction=1))

@@ -54,7 +54,7 @@ def test_a_slider_inside_its_interval_stays_and_one_outside_is_dragged_to_its_en
 
 
 def test_coupled_tangents_are_refused() -> None:
-    with pytest.raises(BalanceError, match='"pad 1" couples its two'):
+    with pytest.raises(BalanceError, match='"pad 1" has one Coulomb limit'):
         make_slider_table(system_of(contact(Friction.COULOMB)))
 
 

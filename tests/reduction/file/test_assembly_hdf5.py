@@ -49,9 +49,9 @@ def test_nothing_is_lost(assembly: ReducedAssembly, tmp_path: Path) -> None:
 def test_a_single_model_is_no_assembly_and_the_other_way_round(assembly: ReducedAssembly, tmp_path: Path) -> None:
     save_rom(body(1, 4), tmp_path / "rom.h5")
     save_assembly(assembly, tmp_path / "rig.h5")
-    with pytest.raises(RomError, match=r'rom\.h5" is an HDF5 file but no stickslip reduced assembly'):
+    with pytest.raises(RomError, match=r'rom\.h5" is an HDF5 file but not a stickslip reduced assembly'):
         load_assembly(tmp_path / "rom.h5")
-    with pytest.raises(RomError, match=r'rig\.h5" is an HDF5 file but no stickslip reduced model'):
+    with pytest.raises(RomError, match=r'rig\.h5" is an HDF5 file but not a stickslip reduced model'):
         load_rom(tmp_path / "rig.h5")
 
 

@@ -85,7 +85,7 @@ def test_a_file_cut_short_anywhere_is_refused(saved: Path) -> None:
     rng = np.random.default_rng(0)
     for length in [0, 1, 7, 8, 95, 96, 512, len(whole) - 1, *rng.integers(0, len(whole), 4)]:
         saved.write_bytes(whole[:length])
-        with pytest.raises(RomError, match=f"\\({length} bytes\\) is cut short, damaged or no HDF5 file"):
+        with pytest.raises(RomError, match=f"\\({length} bytes\\) is truncated, damaged or not an HDF5 file"):
             load_rom(saved)
 
 
@@ -159,11 +159,11 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(RomError, match="there is no reduced model"):
         load_rom(tmp_path)
     (tmp_path / "notes.txt").write_text("not a model")
-    with pytest.raises(RomError, match=r"\(11 bytes\) is cut short, damaged or no HDF5 file"):
+    with pytest.raises(RomError, match=r"\(11 bytes\) is truncated, damaged or not an HDF5 file"):
         load_rom(tmp_path / "notes.txt")
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file["mass"] = np.eye(2)
-    with pytest.raises(RomError, match=r"other\.h5\" is an HDF5 file but no stickslip reduced model"):
+    with pytest.raises(RomError, match=r"other\.h5\" is an HDF5 file but not a stickslip reduced model"):
         load_rom(tmp_path / "other.h5")
 
 

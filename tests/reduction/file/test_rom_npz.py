@@ -96,7 +96,7 @@ def test_a_damaged_an_incomplete_and_a_missing_file_are_refused(tmp_path: Path) 
         load_rom_npz(path)
     save_rom_npz(model(), path)
     path.write_bytes(path.read_bytes()[:-200])
-    with pytest.raises(RomError, match=r"cut short, damaged or no \.npz file"):
+    with pytest.raises(RomError, match=r"truncated, damaged or not an \.npz file"):
         load_rom_npz(path)
     np.savez(path, mass=np.eye(2))
     with pytest.raises(RomError, match="it has no damping"):

@@ -157,7 +157,7 @@ def test_a_bad_file_is_refused_in_one_sentence(
 
 def test_a_file_that_is_no_reduced_model_is_refused(tmp_path: Path) -> None:
     (tmp_path / "m.h5").write_text("no")
-    with pytest.raises(RomError, match="no HDF5 file"):
+    with pytest.raises(RomError, match="not an HDF5 file"):
         load_matrices(tmp_path / "m.h5")
 
 

@@ -150,7 +150,7 @@ def test_drawn_strengths_lie_between_one_and_four_units() -> None:
 
 
 def test_unknown_effects_are_refused() -> None:
-    with pytest.raises(TransientError, match='"rust" is none of mass, spring'):
+    with pytest.raises(TransientError, match='"rust" is not one of mass, spring'):
         HiddenEffect(kind="rust")
     with pytest.raises(TransientError, match='"mass" at "left" is not known: give tip'):
         HiddenEffect(kind="mass", place="left")
