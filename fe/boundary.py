@@ -113,7 +113,7 @@ def supported_system(
     """
     for support in supports:
         if not len(support.nodes):
-            raise SupportError("a support fixes no node: name a set that has nodes")
+            raise SupportError("a support fixes no node: name a set that contains nodes")
     for nodes in [support.nodes for support in supports] + [spring.nodes for spring in springs]:
         if np.size(nodes) and not 0 <= np.min(nodes) <= np.max(nodes) < mesh.n_node:
             bad = np.max(nodes) if np.max(nodes) >= mesh.n_node else np.min(nodes)
@@ -129,7 +129,7 @@ def supported_system(
         _refuse_rigid_motion(mesh, stiffness, fixed, grounded)
     free = np.flatnonzero(~fixed.ravel())
     if not free.size:
-        raise SupportError("the supports fix every degree of freedom of the mesh: leave some nodes to move")
+        raise SupportError("the supports fix every degree of freedom of the mesh: leave some nodes free")
     if grounded.any():
         stiffness = _add_diagonal(stiffness, grounded.ravel())
     system = LinearSystem(

@@ -39,7 +39,7 @@ SUBJECT = {"fe": "finite elements", "hbsolve": "solver", "transient": "time inte
 #: Where processes of this run find the folder that is removed at its end.
 PASSING = "STICKSLIP_PASSING_FOLDER"
 #: What the user can do about a folder.
-REMEDY = "set NUMBA_CACHE_DIR to a folder that can be written and has some 50 MB free"
+REMEDY = "set NUMBA_CACHE_DIR to a writable folder with about 50 MB of free space"
 
 log = logging.getLogger("stickslip")
 
@@ -158,8 +158,8 @@ class _StoredCode:
         try:
             write()
         except OSError as error:
-            _say_once("full", f"compiled code cannot be stored in {self._path} ({error.strerror}): {REMEDY}, "
-                              "otherwise every run compiles it again")  # fmt: skip
+            _say_once("full", f"compiled code cannot be stored in {self._path} ({error.strerror}): {REMEDY}; otherwise "
+                "every run compiles it again")  # fmt: skip
 
 
 @cache
@@ -178,7 +178,7 @@ def _say_that_it_compiles(package: str) -> None:
     is_child = multiprocessing.parent_process() is not None
     if package not in DURATION or (is_child and any(folder.path.rglob("*.nbi"))):
         return
-    often = "at every run, because no folder for it can be written" if folder.passes else "once for this machine"
+    often = "at every run, because no folder for it is writable" if folder.passes else "once for this machine"
     kept = REMEDY if folder.passes else f"stored in {folder.path}"
     takes = f"{DURATION[package]}, longer while the processor is busy"
     _say_once(package, f"compiling the {SUBJECT.get(package, package)} {often}, {takes}; {kept}")

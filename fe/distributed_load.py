@@ -55,8 +55,8 @@ def distribute_load(
     widths = np.linalg.eigvalsh(squares)
     if len(nodes) < 3 or widths[1] <= SLENDER**2 * widths[2]:
         raise MeshError(
-            f"the {len(nodes)} nodes of a distributed load lie on one straight line, which takes no moment about "
-            "itself: give a patch of a face"
+            f"the {len(nodes)} nodes of a distributed load lie on one straight line, which cannot carry a moment "
+            "about itself: give a patch of a face"
         )
     inertia = np.trace(squares) * np.eye(3) - squares
     turn = np.linalg.solve(inertia, np.cross(np.asarray(point) - middle, force))

@@ -102,7 +102,7 @@ Carrier: TypeAlias = tuple[Element, int, Int[NDArray[np.int64], " node"], Float[
 def _find_carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Carrier]:
     """Face that carries each place, with the shape functions there."""
     if not len(faces):
-        raise MeshError(f'"{name}": there is no face that could carry it, so name the face that it lies on')
+        raise MeshError(f'"{name}": no face is close enough, so name the face that it lies on')
     host = {
         place: (element, local, nodes)
         for here, element, local, cells in mesh.face_groups(faces)

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     import pandas
 
 SINGULAR = (
-    "the stiffness is singular to working accuracy: the supports leave a rigid-body motion or a mechanism, or are too "
-    "soft to tell from none; fix more nodes or stiffen the grounded springs"
+    "the stiffness is singular to working accuracy: the supports leave a rigid-body motion or a mechanism, or are "
+    "too soft; fix more nodes or stiffen the grounded springs"
 )
 #: Below this size a dense solve is faster than Lanczos, and cannot miss a mode.
 MAX_DENSE = 600
@@ -112,7 +112,7 @@ def find_lowest_eigenpairs(
     n = stiffness.shape[0]
     product: Symmetric | BlockProduct = mass
     if not 1 <= n_mode <= n:
-        raise InputError(f"{n_mode} modes were asked of a system with {n} degrees of freedom: ask for 1 to {n}")
+        raise InputError(f"{n_mode} modes were requested from a system with {n} degrees of freedom: give 1 to {n}")
     if n <= MAX_DENSE or n_mode > n // 3:
         dense_mass = mass.toarray()
         lambda_, shapes = scipy.linalg.eigh(stiffness.toarray(), dense_mass, subset_by_index=(0, n_mode - 1))

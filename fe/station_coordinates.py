@@ -149,7 +149,7 @@ def add_mean_coordinate(
     size[list(taken)] = 0
     pivot = np.array([size.argmax()])
     if size[pivot[0]] < MIN_PIVOT * np.abs(weights).max():
-        raise MeshError(f'no node can give up its place to "{name}", for those that count are fixed or named')
+        raise MeshError(f'no node can be moved to "{name}", because the nodes that qualify are fixed or named')
     to_nodes = place.to_nodes @ _to_nodes(own, pivot, own[:, pivot].toarray())
     return StationCoordinates(mesh=replace(mesh, node_sets={**sets, name: pivot}), to_nodes=sp.csr_array(to_nodes))
 
@@ -165,8 +165,8 @@ def _choose_pivots(weights: sp.csr_array, taken: set[int], labels: Sequence[str]
     if size[station, column].min() < MIN_PIVOT:
         worst = int(size[station, column].argmin())
         raise MeshError(
-            f"no node can give up its place to {labels[worst]}, for those around it are fixed, named or given to "
-            "others: mesh with smaller cells there"
+            f"no node can be moved to {labels[worst]}, because the nodes around it are fixed, named or used for other "
+            "stations: mesh with smaller cells there"
         )
     return np.asarray(nodes[column])
 

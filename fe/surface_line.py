@@ -109,7 +109,7 @@ def _make_framed_line(
     tangent = along - (along * normal).sum(axis=1, keepdims=True) * normal
     size = np.linalg.norm(tangent, axis=1, keepdims=True)
     if not (size > SQUARE).all():
-        raise MeshError(f'the line "{name}" stands square to the face "{on}": give two points of that face')
+        raise MeshError(f'the line "{name}" is perpendicular to the face "{on}": give two points of that face')
     tangent /= size
     return ContactLine(
         name=name,

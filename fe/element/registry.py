@@ -34,11 +34,11 @@ def _wrong(element: Element) -> str | None:
     n_node, corner_faces = element.n_node, element.corner_faces
     sides = [(a, b) for face in corner_faces for a, b in zip(face, (*face[1:], face[0]), strict=True)]
     if any(element.cell_type == other.cell_type for other in REGISTRY):
-        return f'has the cell_type "{element.cell_type}" of another element: an element is a cell type of its own'
+        return f'has the cell_type "{element.cell_type}" of another element: each element needs a different cell type'
     if {node for face in element.faces for node in face} - set(range(n_node)):
         return f"has faces with nodes beyond its {n_node}: number them from 0"
     if {*map(len, corner_faces)} - {3, 4} or len({*sides}) < len(sides) or {(b, a) for a, b in sides} != {*sides}:
-        return "has faces that do not close it: give each its three or four corners anticlockwise from outside"
+        return "has faces that do not enclose it: give each its three or four corners anticlockwise from outside"
     if sorted(element.abaqus_faces) != list(range(len(element.faces))):
         return f"has {len(element.faces)} faces, but abaqus_faces {element.abaqus_faces}: name each face once"
     if sorted(element.gmsh_order) != list(range(n_node)):

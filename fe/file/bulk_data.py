@@ -54,7 +54,7 @@ def read_bulk_cards(path: Path) -> Iterator[BulkCard]:
     if begin is None and any(EXECUTIVE.match(line) for line in lines):
         raise MeshError(f'mesh file {path} has no line "BEGIN BULK": write it with one, and with ENDDATA at its end')
     if begin is not None and not any(_is_end(line) for line in lines[begin:]):
-        raise MeshError(f'mesh file {path} has no line "ENDDATA" behind "BEGIN BULK": it is cut short, write it again')
+        raise MeshError(f'mesh file {path} has no line "ENDDATA" after "BEGIN BULK": it is truncated, write it again')
     name, fields = "", list[str]()
     for line in _expand_includes(path, lines[0 if begin is None else begin + 1 :], (path,)):
         data = _split_data(line)
@@ -97,7 +97,7 @@ def _expand_includes(path: Path, lines: list[str], outer: tuple[Path, ...]) -> I
             name += next(remaining, name[0]).strip()
         file = path.parent / name.strip("'\" ")
         if not file.is_file():
-            raise MeshError(f'mesh file {path} includes "{name}", which is not beside it: put it there')
+            raise MeshError(f'mesh file {path} includes "{name}", which is not in the same folder: put it there')
         if file in outer:
             raise MeshError(f"mesh file {file} includes itself: remove that INCLUDE")
         yield from _expand_includes(file, _read_lines(file), (*outer, file))

@@ -176,12 +176,13 @@ def _refuse_names(mesh: Mesh) -> None:
         for name in sets:
             if not (name.isascii() and re.fullmatch(r"[A-Za-z][^\s,=*\"]{0,79}", name)):
                 raise MeshError(
-                    f'the {kind} set "{name}" cannot be written to an .inp file: rename it with a letter first, at '
-                    "most 80 ASCII characters, no blank, comma, equals sign, star or quote"
+                    f'the {kind} set "{name}" cannot be written to an .inp file: give it a name that begins with a '
+                    "letter and has at most 80 ASCII characters, without blanks, commas, equals signs, stars or "
+                    "quotes"
                 )
             if name.upper() in seen:
                 raise MeshError(
-                    f'the {kind} sets "{seen[name.upper()]}" and "{name}" are one set to an .inp file, which ignores '
-                    "upper and lower case: rename one"
+                    f'the {kind} sets "{seen[name.upper()]}" and "{name}" are the same set in an .inp file, which '
+                    "does not distinguish upper and lower case: rename one"
                 )
             seen[name.upper()] = name

@@ -55,7 +55,7 @@ class DofLabels:
         if len(outside):
             raise MatrixFileError(
                 f"the row {outside[0]} belongs to node {int(given[outside[0]])}, but nodes are 0 to {LARGEST_LABEL}: "
-                "number the nodes anew"
+                "renumber the nodes"
             )
         freeze_fields(self, "node", "direction", kind=np.int64)
         order = np.argsort(self.key, kind="stable")
@@ -63,8 +63,8 @@ class DofLabels:
         if len(twice):
             first, second = sorted(order[twice[0] : twice[0] + 2])
             raise MatrixFileError(
-                f"the rows {first} and {second} are both said to be {self.name(int(first))}: give each row a degree of "
-                "freedom of its own"
+                f"the rows {first} and {second} both belong to {self.name(int(first))}: give each row a different "
+                "degree of freedom"
             )
 
     @property
@@ -120,7 +120,7 @@ def find_direction_number(name: str) -> int:
     """
     number = _NUMBER.get(name.strip().lower())
     if number is None:
-        raise MatrixFileError(f'"{name.strip()}" is no direction: it must be one of {", ".join(DIRECTIONS)}')
+        raise MatrixFileError(f'"{name.strip()}" is not a direction: it must be one of {", ".join(DIRECTIONS)}')
     return number
 
 
@@ -150,7 +150,9 @@ def read_dof_table(path: Path | str) -> DofLabels:
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError:
-        raise MatrixFileError(f'"{path}" is no text: give degrees of freedom as .csv, .mapping or .dof') from None
+        raise MatrixFileError(
+            f'"{path}" is not a text file: give degrees of freedom as .csv, .mapping or .dof'
+        ) from None
     result = reader(path, lines)
     rows = [row for row, _, _ in result]
     if sorted(rows) != list(range(len(rows))):
@@ -171,7 +173,7 @@ def _read_csv(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
     try:
         return _read_entries(path, lines)
     except csv.Error as error:
-        raise MatrixFileError(f'"{path}" is no table ({error}): give columns of dof, node and direction') from None
+        raise MatrixFileError(f'"{path}" is not a table ({error}): give columns of dof, node and direction') from None
 
 
 def _read_entries(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
@@ -208,7 +210,7 @@ def _read_mapping(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
         try:
             result.append((int(equation) - 1, int(node), find_direction_number(label)))
         except MatrixFileError as error:
-            raise MatrixFileError(f'"{path}", line {number}: {error}; leave other fields out of the model') from None
+            raise MatrixFileError(f'"{path}", line {number}: {error}; remove other fields from the model') from None
         except ValueError:  # of thousands of digits
             raise MatrixFileError(
                 f'"{path}", line {number}: cannot read "{line.strip()[:SHOWN_CHARACTERS]}": '

@@ -71,7 +71,7 @@ def read_file_material(path: str | PathLike[str], length_unit_in_metre: float) -
         return CarriedMaterial()
     names = " and ".join(f'"{item.name}"' for item in result)
     if len(result) > 1 and not all(_is_same(item, result[0]) for item in result):
-        return CarriedMaterial(obstacle=f"{file.name} has the materials {names}, and a part has one")
+        return CarriedMaterial(obstacle=f"{file.name} has the materials {names}, but a part has only one")
     only = result[0]
     missing = [name for name in ("young", "poisson", "density") if getattr(only, name) is None]
     if only.obstacle or missing:

@@ -93,8 +93,7 @@ class ImportedMatrices:
         no_stiffness = free[np.asarray(abs(self.stiffness).sum(axis=1)).ravel()[free] == 0]
         if len(no_stiffness):
             raise MatrixFileError(
-                f"{self._named(no_stiffness)} no stiffness: fix what the model does not use by a support, as AUTOSPC "
-                "does"
+                f"{self._named(no_stiffness)} no stiffness: fix unused degrees of freedom by a support, as AUTOSPC does"
             )
         light = free[self.mass.diagonal()[free] <= 0]
         if len(light):
@@ -174,8 +173,8 @@ def _put_on_one_table(
     named = {name: item.dofs for name, item in matrices.items() if item.dofs is not None}
     if named and (len(named) < len(matrices) or dofs is not None):
         raise MatrixFileError(
-            f'"{sources[next(iter(named))].file}" names its degrees of freedom itself: give all matrices as DMIG '
-            "cards or files of Abaqus, and no table of them"
+            f'"{sources[next(iter(named))].file}" contains its own table of degrees of freedom: give all matrices as '
+            "DMIG cards or files of Abaqus, without a separate table"
         )
     if named:
         return _unite(matrices, list(named.values()))
@@ -220,8 +219,8 @@ def _check_symmetric(file: Path, name: str, matrix: sp.csr_array, table: DofLabe
     i, j = sorted((int(skew.row[worst]), int(skew.col[worst])))
     if not (sp.triu(matrix, 1).nnz and sp.tril(matrix, -1).nnz):
         raise MatrixFileError(
-            f'"{file}": the {name} holds one triangle alone and is not said to be symmetric: write both, or in a '
-            "format that says so, such as MatrixMarket's symmetric"
+            f'"{file}": the {name} contains only one triangle and is not marked as symmetric: write both triangles, '
+            "or use a format that marks symmetry, such as the symmetric one of MatrixMarket"
         )
     remedy = "write it again" if name == "mass" else "write it without follower forces and gyroscopic terms"
     raise MatrixFileError(
@@ -238,8 +237,8 @@ def _check_definite(mass: sp.csr_array, stiffness: sp.csr_array) -> None:
         )
     if not is_definite(stiffness, WRITTEN):
         raise MatrixFileError(
-            "the stiffness is indefinite, a motion is pushed on instead of back: check its signs and units, and write "
-            "it without preload beyond buckling"
+            "the stiffness is indefinite, so a motion meets a negative restoring force: check its signs and units, "
+            "and write it without preload beyond buckling"
         )
 
 

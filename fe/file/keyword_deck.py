@@ -122,4 +122,4 @@ def _find_file(path: Path, deck: Path, name: str) -> Path:
     for folder in (path.parent, deck.parent):
         if name and (folder / name).is_file():
             return folder / name
-    raise MeshError(f'mesh file {path} includes "{name}", which is not beside it: put it there')
+    raise MeshError(f'mesh file {path} includes "{name}", which is not in the same folder: put it there')

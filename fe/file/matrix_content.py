@@ -81,7 +81,7 @@ def refuse_truncated_number(path: Path) -> None:
     with path.open("rb") as stream:
         if stream.seek(0, 2) and stream.seek(-1, 2) >= 0 and stream.read() not in {b"\n", b"\r"}:
             raise MatrixFileError(
-                f'"{path}" may be cut short within its last number, since its last line has no end: write it again'
+                f'"{path}" may be truncated within its last number, since its last line has no end: write it again'
             )
 
 

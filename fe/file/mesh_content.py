@@ -106,10 +106,13 @@ def make_solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: f
                 node_sets[name] = _keep_numbered(new_node, np.concatenate([np.ravel(nodes) for _, nodes in carried]))
                 detached += [name] if any(cell_type.startswith(SURFACES) for cell_type, _ in carried) else []
     if file_mesh.left_out:
-        _warn(source, f"the model is its solid cells alone, without {' and '.join(file_mesh.left_out)}")
+        _warn(source, f"the model contains only the solid cells, without {' and '.join(file_mesh.left_out)}")
     if detached:
         names = " and ".join(f'"{name}"' for name in detached)
-        _warn(source, f"shells of {names} lie on no face of a solid cell: they name nodes, and stiffen nothing")
+        _warn(
+            source,
+            f"shells of {names} do not lie on faces of solid cells: they only define node sets and add no stiffness",
+        )
     mesh = Mesh(
         points=file_mesh.points[used] * length_unit_in_metre,
         cells={cell_type: new_node[nodes] for cell_type, nodes in cells.items()},
@@ -179,7 +182,9 @@ def _refuse_nonfinite_points(file_mesh: FileMesh, source: str) -> None:
             )
     if not np.isfinite(file_mesh.points).all():
         node = int(np.flatnonzero(~np.isfinite(file_mesh.points).all(axis=1))[0])
-        raise MeshError(f"mesh file {source} gives node {node} (counted from 0) no finite place: write it again")
+        raise MeshError(
+            f"mesh file {source} gives node {node} (counted from 0) coordinates that are not finite: write it again"
+        )
 
 
 def _refuse_mixed_order(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], source: str) -> None:
@@ -192,7 +197,7 @@ def _refuse_mixed_order(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], sour
             if shared.size and (unlike or _is_quadrilateral_on_triangles(cells, (first, second), shared)):
                 raise MeshError(
                     f"mesh file {source} joins {first} and {second} cells at {shared.size} nodes, where midside nodes "
-                    "would hang: remesh with one of the two only"
+                    "would not be connected: remesh with only one of the two"
                 )
 
 

@@ -120,7 +120,7 @@ def write_mesh(
         write(mesh, file, fields)
     except OSError as error:
         raise MeshError(
-            f"mesh file {file} cannot be written ({error.strerror}): choose a folder that exists and is yours"
+            f"mesh file {file} cannot be written ({error.strerror}): choose an existing folder with write permission"
         ) from error
 
 

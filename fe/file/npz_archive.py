@@ -73,7 +73,7 @@ def _open(path: Path) -> zipfile.ZipFile:
     try:
         return zipfile.ZipFile(path)
     except (zipfile.BadZipFile, ValueError, LookupError, NotImplementedError, OSError) as error:
-        raise NpzError(f"it is no archive of arrays ({error})") from None
+        raise NpzError(f"it is not an archive of arrays ({error})") from None
 
 
 def _list_names(archive: zipfile.ZipFile) -> list[str]:

@@ -75,7 +75,7 @@ def format_registry(what: str) -> Registry[Format]:
         for other in registry:
             shared = {*given.suffixes} & {*other.suffixes}
             if shared and given.write and other.write:
-                return f'writes {sorted(shared)[0]} files, as "{other.name}" does: give it a suffix of its own'
+                return f'writes {sorted(shared)[0]} files, as "{other.name}" does: give it a different suffix'
         return None
 
     registry = Registry(

@@ -90,7 +90,7 @@ def block_lanczos(
     while True:
         basis.reserve(kept + NEW * basis.width)
         if n_restart == MAX_RESTART or not basis.width:
-            raise NoConvergence(f"{n_mode} modes did not converge: {basis.n_solved} solutions lead no further")
+            raise NoConvergence(f"{n_mode} modes did not converge: {basis.n_solved} solutions give no further progress")
         if basis.is_full:
             basis.compress(min(kept, basis.size))
             n_restart += 1

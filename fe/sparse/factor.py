@@ -163,7 +163,7 @@ def check_diagonal(diagonal: NDArray[np.float64]) -> None:
 
 def make_changed_pattern_error() -> ValueError:
     """The error for a matrix whose sparsity pattern is not that of the matrix analysed first."""
-    return ValueError("the new matrix has entries in other places: factorise it by itself")
+    return ValueError("the new matrix has entries in other places: factorise it separately")
 
 
 class _Stored(Protocol):
@@ -180,6 +180,6 @@ def check_pattern(matrix: _Stored, shape: tuple[int, int], nnz: int) -> None:
     """Raise ValueError where a matrix visibly has other places than the one analysed first."""
     if matrix.shape != shape or matrix.nnz != nnz:
         raise ValueError(
-            f"a matrix of shape {matrix.shape} with {matrix.nnz} entries cannot take the place of one of shape {shape} "
-            f"with {nnz}: factorise it by itself"
+            f"a matrix of shape {matrix.shape} with {matrix.nnz} entries cannot take the place of one of shape "
+            f"{shape} with {nnz}: factorise it separately"
         )

@@ -179,7 +179,7 @@ class KrylovBasis:
                 column, _part = self._orthogonalise_to_basis(column)
                 R, worst, stale, is_clean = size[:n_left, None] * right[:n_left], 0.0, np.inf, True
         else:
-            raise NoConvergence("no orthogonal columns can be made of the factor's solutions: its matrix is singular")
+            raise NoConvergence("the solutions of the factor cannot be orthogonalised: its matrix is singular")
         self._next, self._mass_next = column, product[:, : column.shape[1]]
         return R
 

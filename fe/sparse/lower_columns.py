@@ -57,7 +57,7 @@ def ordered_columns(upper: Upper, order: Int[NDArray[np.int32], " n"]) -> LowerC
 def _compute_starts(count: NDArray[np.integer[Any]]) -> NDArray[np.int32]:
     start = np.concatenate([[0], np.cumsum(count)])
     if start[-1] > np.iinfo(np.int32).max:
-        raise TooLarge(f"{start[-1]} entries are more than 32 bits count")
+        raise TooLarge(f"{start[-1]} entries exceed the range of 32-bit indices")
     return np.asarray(start, dtype=np.int32)
 
 

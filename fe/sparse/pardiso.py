@@ -90,7 +90,8 @@ class Pardiso:
         """As `Factorisation.n_negative`."""
         if self._call.parameters[13]:
             raise UnknownInertia(
-                "PARDISO altered pivots that were too small, whose signs do not count eigenvalues: move the shift a bit"
+                "PARDISO changed pivots that were too small, so their signs do not count eigenvalues: move the "
+                "shift slightly"
             )
         return 0 if self._positive else int(self._call.parameters[22])
 

@@ -117,7 +117,9 @@ def factorise(
         backend = choose_backend(matrix.shape[0] if is_positive else 0, n_column)
     backend = _check_backend(backend)
     if not is_available(backend):
-        raise BackendError(f'back end "{backend.value}" is not installed: {REMEDY[backend]}, or leave the choice open')
+        raise BackendError(
+            f'back end "{backend.value}" is not installed: {REMEDY[backend]}, or do not choose a back end'
+        )
     if backend is Backend.PARDISO:
         return Pardiso(matrix, definiteness)
     if backend is Backend.CHOLMOD and is_positive:
@@ -136,4 +138,4 @@ def _check_backend(name: Backend | str) -> Backend:
         return Backend(name)
     except ValueError:
         known = ", ".join(f'"{item.value}"' for item in Backend)
-        raise BackendError(f'there is no back end "{name}": take one of {known}, or leave the choice open') from None
+        raise BackendError(f'there is no back end "{name}": take one of {known}, or do not choose a back end') from None

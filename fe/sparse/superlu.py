@@ -46,7 +46,6 @@ class SuperLU:
         """As `Factorisation.n_negative`."""
         if (self._lu.perm_r != self._lu.perm_c).any():
             raise UnknownInertia(
-                "SuperLU took pivots from beside the diagonal, whose signs do not count eigenvalues: move the shift a "
-                "little"
+                "SuperLU took off-diagonal pivots, whose signs do not count eigenvalues: move the shift slightly"
             )
         return int(np.count_nonzero(self._lu.U.diagonal() < 0))

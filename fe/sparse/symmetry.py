@@ -35,7 +35,7 @@ def check_symmetric(matrix: Symmetric) -> None:
         matrix = matrix.matrix
     given = matrix.nodes if isinstance(matrix, NodeMatrix) else matrix
     if not hasattr(given, "tocsr"):
-        raise ValueError(f"{type(given).__name__} is no sparse matrix: give scipy.sparse.csr_array of it")
+        raise ValueError(f"{type(given).__name__} is not a sparse matrix: give scipy.sparse.csr_array of it")
     if not sp.issparse(given):
         return
     whole: Any = given
@@ -47,7 +47,7 @@ def check_symmetric(matrix: Symmetric) -> None:
     largest = _find_largest(stored)
     if not np.isfinite(largest).all():
         row = int(np.argmin(np.isfinite(largest)))
-        raise ValueError(f"the matrix holds what is no finite number in row {row}, counted from 0")
+        raise ValueError(f"the matrix contains a value that is not finite in row {row}, counted from 0")
     scale = 1 / np.sqrt(np.where(largest > 0, largest, 1.0))
     # None of them is small, so that no entry hides behind its factor.
     random = np.random.default_rng(0).uniform(1, 2, len(scale)) * scale

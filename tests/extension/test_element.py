@@ -182,7 +182,7 @@ def test_a_case_file_that_names_none_is_answered_with_those_that_there_are(eleme
     [
         ({"gmsh_order": tuple(range(14))}, "has 15 nodes, but gmsh_order"),
         ({"abaqus_faces": (0, 1, 2, 3, 3)}, "has 5 faces, but abaqus_faces"),
-        ({"faces": ((0, 1, 2, 6, 7, 8),)}, "has faces that do not close it"),
+        ({"faces": ((0, 1, 2, 6, 7, 8),)}, "has faces that do not enclose it"),
         ({"gradient": lambda points: HEX20.gradient(points)[:, :15]}, "gradient that is not the derivative"),
         ({"shape": lambda points: HEX20.shape(points)[:, :15]}, "shape functions that are not 1 at their own node"),
         ({"from_brick": HEX20.from_brick}, "from_brick makes cells of 20"),

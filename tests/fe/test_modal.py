@@ -204,7 +204,7 @@ def test_an_impossible_number_of_modes_is_refused(box: BoxMesher, n_mode: int) -
     mesh = box(HEX8, counts=(4, 2, 2), distortion=0.2)
     supports = [Support(nodes=mesh.nodes("x0")), Support(nodes=mesh.nodes("x1"), directions=(1,))]
     system = supported_system(mesh, *assemble(mesh, STEEL), supports)
-    with pytest.raises(InputError, match=rf"{n_mode} modes were asked of a system with {system.n_dof} degrees"):
+    with pytest.raises(InputError, match=rf"{n_mode} modes were requested from a system with {system.n_dof} degrees"):
         modes(system, n_mode)
 
 

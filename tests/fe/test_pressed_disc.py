@@ -128,7 +128,7 @@ def test_a_disc_beside_the_body_or_on_a_held_face_is_refused(box: BoxMesher) -> 
         find_disc_weights(mesh, find_outer_faces(mesh), CENTRE + 0.3 * UP, UP, RADIUS)
     with pytest.raises(MeshError, match=r"the disc of 10 mm radius .* cells there are too large for it"):
         find_disc_weights(mesh, find_outer_faces(mesh), CENTRE, UP, 0.01)
-    with pytest.raises(MeshError, match='no node can give up its place to "pushed"'):
+    with pytest.raises(MeshError, match='no node can be moved to "pushed"'):
         add_mean_coordinate(make_node_coordinates(mesh), "pushed", on_top(mesh), fixed=["z1"])
 
 

@@ -106,7 +106,7 @@ def test_lines_that_are_none_are_refused() -> None:
         line_between(mesh, "rub", "top", (here, here))
     with pytest.raises(MeshError, match=r'station 2 of "rub", at \(.*\) mm, is 1 mm from the nearest face'):
         line_between(mesh, "rub", "top", (here, there + np.array([0, 0, 1e-3])), 2)
-    with pytest.raises(MeshError, match='the line "rub" stands square to the face "top"'):
+    with pytest.raises(MeshError, match='the line "rub" is perpendicular to the face "top"'):
         line_between(mesh, "rub", "top", (here, here + np.array([0, 0, 1e-7])), 2)
     with pytest.raises(GeometryError, match="cannot have 1 stations"):
         line_between(mesh, "rub", "top", (here, there), 1)

@@ -206,7 +206,10 @@ modes = 3
             ["--length-unit", "mm", "--free", "--n-modes", "0"],
             "--n-modes 0 is not a valid number of modes: give 1 or more",
         ),
-        (["--length-unit", "mm", "--free", "--n-modes", "99"], "99 modes were asked of a system with 48 degrees of f"),
+        (
+            ["--length-unit", "mm", "--free", "--n-modes", "99"],
+            "99 modes were requested from a system with 48 degrees of f",
+        ),
         (["--length-unit", "mm", "--free", "--film", "7"], "--film 7 is not one of the 6 modes: give 1 to 6"),
         (
             ["--length-unit", "mm", "--free", "--young", "1 mm"],

@@ -151,7 +151,7 @@ SECOND = "*MATERIAL, NAME=STEEL\n*ELASTIC\n2.1e11, 0.3\n*DENSITY\n7800.\n"
 @pytest.mark.parametrize(
     ("carried", "says"),
     [
-        (CARRIED + SECOND, 'has the materials "ALLOY" and "STEEL", and a part has one: give --young'),
+        (CARRIED + SECOND, 'has the materials "ALLOY" and "STEEL", but a part has only one: give --young'),
         (CARRIED.replace("2700.", "2.7e-9"), "beyond any solid.*if the file has other units, give --young"),
         (CARRIED.replace("*ELASTIC\n", "*ELASTIC, TYPE=ORTHO\n"), "is not isotropic: give --young"),
     ],

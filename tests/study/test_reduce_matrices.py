@@ -248,7 +248,7 @@ Change = Callable[[str], str]
         (
             '"dofs.csv"',
             '"bad.csv"',
-            'structure.files.dofs = "bad.csv": line 2: cannot read "0, 1, u": "u" is no direction',
+            'structure.files.dofs = "bad.csv": line 2: cannot read "0, 1, u": "u" is not a direction',
         ),
         (
             "nodes = [16]",

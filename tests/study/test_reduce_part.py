@@ -298,7 +298,7 @@ def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, m
         ),
         ('edge = ["top", "side"]', 'edge = ["top", "top"]', 'edge names "top" twice'),
         ('on = "top"\nfrom', "from", "give a face with two of its points"),
-        ("stations = 3", "stations = 30", "no node can give up its place to station "),
+        ("stations = 3", "stations = 30", "no node can be moved to station "),
         (
             'on = "belt"',
             'on = "foot"',

@@ -34,7 +34,7 @@ def read_calculix(path: Path) -> Mapping[str, FileMatrix]:
         rows, columns = place.T.astype(np.int64) - 1
     except (ValueError, LookupError):
         raise MatrixFileError(
-            f'"{path}" is no CalculiX matrix, or damaged: write it with *FREQUENCY, SOLVER=MATRIXSTORAGE'
+            f'"{path}" is not a CalculiX matrix, or damaged: write it with *FREQUENCY, SOLVER=MATRIXSTORAGE'
         ) from None
     size = int(max(rows.max(), columns.max())) + 1
     refuse_size(path, size)

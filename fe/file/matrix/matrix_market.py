@@ -66,10 +66,12 @@ def read_matrix_market(path: Path) -> Mapping[str, FileMatrix]:
 def _read_heading(path: Path, stream: BinaryIO) -> tuple[str, str]:
     words = stream.readline(_HEADING).decode("latin-1").lower().split()
     if len(words) != 5 or words[0].encode() != _BANNER or words[1] != "matrix":
-        raise MatrixFileError(f'"{path}" is no MatrixMarket file, or damaged: its first line must say what follows')
+        raise MatrixFileError(
+            f'"{path}" is not a MatrixMarket file, or damaged: its first line must describe the content'
+        )
     layout, field, symmetry = words[2:]
     if field == "pattern":
-        raise MatrixFileError(f'"{path}" holds places without values (pattern): write it as real')
+        raise MatrixFileError(f'"{path}" contains entries without values (pattern): write it as real')
     if field == "complex":
         raise MatrixFileError(f'"{path}" holds complex numbers: give a real matrix, and losses as a damping matrix')
     if layout not in {"coordinate", "array"} or field not in _FIELDS or symmetry not in _SYMMETRIES:
@@ -104,7 +106,7 @@ def _read_numbers(path: Path, stream: BinaryIO, columns: int) -> Float[NDArray[n
 def _make_from_entries(path: Path, table: Float[NDArray[np.float64], "entry 3"], sizes: list[int]) -> sp.csr_array:
     n_row, n_column, n_entry = sizes
     if len(table) != n_entry:
-        raise _make_damage_error(path, f"it announces {n_entry} entries and holds {len(table)}")
+        raise _make_damage_error(path, f"it announces {n_entry} entries but contains {len(table)}")
     place = table[:, :2]
     if not ((place % 1 == 0) & (place >= 1) & (place <= (n_row, n_column))).all():
         raise _make_damage_error(path, f"it has entries outside its {n_row} x {n_column} matrix")
@@ -124,7 +126,7 @@ def _make_from_columns(
     count = n_row * (n_row + 1) // 2 if symmetry == "symmetric" else n_row * n_column
     if len(values) != count:
         raise _make_damage_error(
-            path, f"its {n_row} x {n_column} matrix needs {count} values and it holds {len(values)}"
+            path, f"its {n_row} x {n_column} matrix needs {count} values but it contains {len(values)}"
         )
     if symmetry == "general":
         return sp.csr_array(values.reshape(n_column, n_row).T)
@@ -134,7 +136,7 @@ def _make_from_columns(
 
 
 def _make_damage_error(path: Path, reason: str) -> MatrixFileError:
-    return MatrixFileError(f'"{path}" is no MatrixMarket file, or damaged ({reason}): write it again')
+    return MatrixFileError(f'"{path}" is not a MatrixMarket file, or damaged ({reason}): write it again')
 
 
 MATRIX_FORMATS.register(

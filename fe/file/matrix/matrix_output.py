@@ -51,14 +51,14 @@ def read_matrix_output(path: Path) -> Mapping[str, FileMatrix]:
         first, first_dof, second, second_dof = places.T.astype(np.int64)
     except (ValueError, LookupError):
         raise MatrixFileError(
-            f'"{path}" is no matrix of Abaqus, or damaged: write it with *MATRIX OUTPUT, in lines of node, degree of '
-            "freedom, node, degree of freedom and value"
+            f'"{path}" is not a matrix of Abaqus, or damaged: write it with *MATRIX OUTPUT, in lines of node, degree '
+            "of freedom, node, degree of freedom and value"
         ) from None
     highest = int(max(first_dof.max(), second_dof.max()))
     if highest > len(DIRECTIONS):
         raise MatrixFileError(
-            f'"{path}" has the degree of freedom {highest}: leave all but displacements and rotations, 1 to '
-            f"{len(DIRECTIONS)}, out of the model"
+            f'"{path}" has the degree of freedom {highest}: remove all degrees of freedom except displacements and '
+            f"rotations, 1 to {len(DIRECTIONS)}, from the model"
         )
     width = len(DIRECTIONS)
     keys, index = np.unique(
@@ -77,8 +77,8 @@ def read_matrix_output(path: Path) -> Mapping[str, FileMatrix]:
     held = np.flatnonzero(matrix.diagonal() >= HELD)
     if len(held):
         raise MatrixFileError(
-            f'"{path}": {dofs.name(int(held[0]))} is held by 1e36, as Abaqus writes what *BOUNDARY fixes: write the '
-            "matrices in a step without it, and fix nodes by [[structure.support]]"
+            f'"{path}": {dofs.name(int(held[0]))} is fixed by 1e36, the value that Abaqus writes for *BOUNDARY: write '
+            "the matrices in a step without it, and fix nodes by [[structure.support]]"
         )
     return {"": FileMatrix(matrix=matrix, dofs=dofs)}
 

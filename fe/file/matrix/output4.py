@@ -50,8 +50,8 @@ def read_output4(path: Path) -> Mapping[str, FileMatrix]:
         raise
     except (ValueError, LookupError, struct.error, StopIteration, RuntimeError):
         raise MatrixFileError(
-            f'"{path}" ({len(raw)} bytes) is cut short, damaged or no OUTPUT4 file of 32-bit words: write it again, '
-            "best as text (FORM=FORMATTED)"
+            f'"{path}" ({len(raw)} bytes) is truncated, damaged or not an OUTPUT4 file of 32-bit words: write it '
+            "again, preferably as text (FORM=FORMATTED)"
         ) from None
 
 

@@ -35,7 +35,7 @@ def read_scipy_npz(path: Path) -> Mapping[str, FileMatrix]:
     except MatrixFileError:
         raise
     except Exception:  # a dozen kinds, depending on which byte is damaged
-        raise MatrixFileError(f'"{path}" is no sparse matrix: write it with scipy.sparse.save_npz') from None
+        raise MatrixFileError(f'"{path}" is not a sparse matrix: write it with scipy.sparse.save_npz') from None
     return {"": check_real_matrix(path, matrix)}
 
 

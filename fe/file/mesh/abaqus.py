@@ -121,7 +121,7 @@ def read_inp(path: Path) -> FileMesh:
     }  # fmt: skip
     for block in read_keyword_blocks(path):
         if block.keyword in GENERATORS or (block.keyword == "NODE" and "SYSTEM" in block.parameters):
-            raise deck.damaged(f"*{block.keyword} makes or moves nodes by rule, so write them out one by one")
+            raise deck.damaged(f"*{block.keyword} generates or moves nodes by a rule, so write all nodes explicitly")
         if block.keyword in LEFT_OUT:
             deck.left_out.append(f"*{block.keyword}")
         reader = readers.get(block.keyword)
@@ -131,7 +131,7 @@ def read_inp(path: Path) -> FileMesh:
             except (ValueError, OverflowError) as error:
                 if isinstance(error, MeshError):
                     raise
-                raise deck.damaged(f"a line of *{block.keyword} is cut short or no number ({error})") from error
+                raise deck.damaged(f"a line of *{block.keyword} is truncated or not numeric ({error})") from error
     if not deck.points or not deck.blocks:
         raise deck.damaged(f"it has no {'*ELEMENT' if deck.points else '*NODE'} lines, so export the mesh with it")
     return _make_file_mesh(deck)
@@ -174,7 +174,7 @@ def read_inp_materials(path: Path) -> tuple[FileMaterial, ...]:
                 result[current.upper()] = _with_property(result[current.upper()], block)
             except (ValueError, IndexError) as error:
                 raise deck.damaged(
-                    f'the *{block.keyword} of material "{current}" is cut short or no number ({error})'
+                    f'the *{block.keyword} of material "{current}" is truncated or not numeric ({error})'
                 ) from error
     return tuple(material for name, material in result.items() if name in used or not used)
 
@@ -289,7 +289,7 @@ def _read_surface(deck: _Deck, block: KeywordBlock) -> None:
     for line in block.lines:
         entry, label = ([*map(str.strip, line.split(",")), ""])[:2]
         if label.upper() not in LABELS:
-            raise deck.damaged(f'surface "{name}" names the face "{label}", which is none of S1 to S6')
+            raise deck.damaged(f'surface "{name}" names the face "{label}", which is not one of S1 to S6')
         cells = [np.array([int(entry)])] if entry.isdigit() else _find_known_set(deck, "cells", entry)
         # Which face that is depends on the type of the cell, so it is found when all cells are known.
         faces.extend(np.column_stack([part, np.full(len(part), LABELS.index(label.upper()))]) for part in cells)

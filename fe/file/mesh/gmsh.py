@@ -90,11 +90,11 @@ def write_msh(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
     if len(tags) < len(names):
         double = next(name for _, name in names if sum(name == other for _, other in names) > 1)
         raise MeshError(
-            f'two sets of different kind are called "{double}", which an .msh file cannot tell apart: rename one'
+            f'two sets of different kind are called "{double}", which an .msh file cannot distinguish: rename one'
         )
     quoted = [name for name in tags if '"' in name]
     if quoted:
-        raise MeshError(f"the set {quoted[0]} has a quote in its name, which an .msh file cannot carry: rename it")
+        raise MeshError(f"the set {quoted[0]} has a quote in its name, which is not allowed in an .msh file: rename it")
     volumes = list(_group_volumes(mesh, sets[3]))
     with path.open("w", encoding="utf-8") as file:
         file.write("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n")
@@ -167,7 +167,7 @@ def _refuse_version(path: Path) -> None:
         raise MeshError(f'mesh file {path} does not begin with "$MeshFormat": save it with Gmsh as version 4.1')
     version = second[0].decode("ascii", "replace")
     if version not in VERSIONS:
-        raise MeshError(f"mesh file {path} is of MSH version {version}: save it with Gmsh as version 4.1 or 2.2")
+        raise MeshError(f"mesh file {path} has MSH version {version}: save it with Gmsh as version 4.1 or 2.2")
 
 
 def _refuse_nonfinite_number(path: Path) -> None:
@@ -184,7 +184,7 @@ def _refuse_nonfinite_number(path: Path) -> None:
     bad_number = next((match for match in WHOLE_NUMBER.finditer(text) if int(match[1][:20]) > limit), None)
     if bad_number is not None:
         raise MeshError(
-            f"mesh file {path} holds the number {int(bad_number[1][:20])}, which counts or names nothing in a file of "
+            f"mesh file {path} holds the number {int(bad_number[1][:20])}, which is not possible in a file of "
             f"{len(text)} bytes: write it again with nodes and elements numbered from 1"
         )
 

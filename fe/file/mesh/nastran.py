@@ -102,7 +102,7 @@ def read_bdf(path: Path) -> FileMesh:
     labels = np.array([number for cells in model.cells.values() for number in cells.label], dtype=np.int64)
     if len(np.unique(labels)) < len(labels):
         values, count = np.unique(labels, return_counts=True)
-        raise MeshError(f"mesh file {path} has two elements {values[count > 1][0]}: number them anew")
+        raise MeshError(f"mesh file {path} has two elements {values[count > 1][0]}: renumber them")
     return FileMesh(
         points=np.array(list(model.points.values()), dtype=np.float64).reshape(-1, 3),
         blocks=tuple(
@@ -120,7 +120,7 @@ def _take(path: Path, model: _Model, card: BulkCard) -> None:
         _refuse_own_system(path, card.field(1))
         number, point = int(card.field(0)), [_number(card.field(k)) or 0.0 for k in (2, 3, 4)]
         if model.points.setdefault(number, point) != point:
-            raise MeshError(f"mesh file {path} has two grid points {number}: number them anew")
+            raise MeshError(f"mesh file {path} has two grid points {number}: renumber them")
     elif card.name == "GRDSET":
         _refuse_own_system(path, card.field(1))
     elif card.name in SOLIDS or card.name in OTHERS:
@@ -133,9 +133,7 @@ def _take(path: Path, model: _Model, card: BulkCard) -> None:
 
 def _refuse_own_system(path: Path, system: str) -> None:
     if system not in {"", "0"}:
-        raise MeshError(
-            f"mesh file {path} gives grid points in a coordinate system of their own: write them in the basic one"
-        )
+        raise MeshError(f"mesh file {path} gives grid points in a local coordinate system: write them in the basic one")
 
 
 def _add_cell(model: _Model, card: BulkCard) -> None:
@@ -161,8 +159,8 @@ def _number_nodes(path: Path, label: Indices, cell_type: str, cells: _Cells) -> 
     if (place < 0).any():
         cell, node = np.argwhere(place < 0)[0]
         raise MeshError(
-            f"mesh file {path} has the element {cells.label[cell]} on grid point {nodes[cell, node]}, which is not "
-            "there: write it again"
+            f"mesh file {path} has the element {cells.label[cell]} on grid point {nodes[cell, node]}, which does not "
+            "exist: write it again"
         )
     return place[:, ORDER.get(cell_type, slice(None))]
 

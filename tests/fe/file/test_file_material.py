@@ -78,8 +78,8 @@ def test_a_material_that_a_part_cannot_have_is_named_with_its_obstacle(
 @pytest.mark.parametrize(
     ("name", "text", "says"),
     [
-        ("a.inp", DECK.replace("206000., 0.29", "206000."), r'the \*ELASTIC of material "STEEL" is cut short'),
-        ("a.inp", DECK.replace("206000.", "hard"), r'the \*ELASTIC of material "STEEL" is cut short or no number'),
+        ("a.inp", DECK.replace("206000., 0.29", "206000."), r'the \*ELASTIC of material "STEEL" is truncated'),
+        ("a.inp", DECK.replace("206000.", "hard"), r'the \*ELASTIC of material "STEEL" is truncated or not numeric'),
         ("a.inp", DECK.replace("0.29", "0.7"), r'material "STEEL": poisson = 0.7 must lie between'),
         ("a.bdf", "BEGIN BULK\nMAT1,3,hard,,.3,1.\nENDDATA\n", "MAT1 3 cannot be read"),
         ("a.bdf", f"BEGIN BULK\nINCLUDE '{'x' * 300}'\nENDDATA\n", r"a\.bdf cannot be opened \(.*name too long\)"),

@@ -206,7 +206,9 @@ def test_matrices_that_are_not_symmetric_are_refused_by_their_worst_entry(tmp_pa
 
 def test_one_triangle_alone_is_told(tmp_path: Path) -> None:
     whole = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]])
-    with pytest.raises(MatrixFileError, match="the stiffness holds one triangle alone and is not said to be symmetric"):
+    with pytest.raises(
+        MatrixFileError, match="the stiffness contains only one triangle and is not marked as symmetric"
+    ):
         read_matrices(**write(tmp_path, np.eye(3), np.triu(whole)))
 
 
@@ -282,14 +284,14 @@ def test_a_free_structure_in_single_precision_is_not_taken_for_an_indefinite_one
     [
         ("d.csv", "dof,node\n0,1\n", "has no column direction, it has dof, node"),
         ("d.csv", "dof,node,direction\n", "lists no row"),
-        ("d.csv", "dof,node,direction\n0,1,x\n1,1,w\n", 'line 3: cannot read "1, 1, w": "w" is no direction'),
+        ("d.csv", "dof,node,direction\n0,1,x\n1,1,w\n", 'line 3: cannot read "1, 1, w": "w" is not a direction'),
         ("d.csv", "dof,node,direction\n0,one,x\n", 'line 2: cannot read "0, one, x": give whole numbers'),
         ("d.csv", "dof,node,direction\n0,1,x\n0,2,x\n", "has the row 0 twice"),
         ("d.csv", "dof,node,direction\n1,1,x\n2,2,x\n", "counts its rows from 1: count them from 0"),
         ("d.csv", "dof,node,direction\n0,1,x\n2,2,x\n", "has the row 2 without a row of that number before it"),
-        ("d.csv", "dof,node,direction\n0,1,x\n1,1,x\n", "rows 0 and 1 are both said to be node 1 x"),
+        ("d.csv", "dof,node,direction\n0,1,x\n1,1,x\n", "rows 0 and 1 both belong to node 1 x"),
         ("d.mapping", "Matrix Eqn Node DOF\n", "lists no equation"),
-        ("d.mapping", MAPPING.replace("ROTZ", "TEMP"), 'line 3: "TEMP" is no direction'),
+        ("d.mapping", MAPPING.replace("ROTZ", "TEMP"), 'line 3: "TEMP" is not a direction'),
         (
             "d.csv",
             "dof,node,direction\n0,2147483648,x\n",
@@ -298,7 +300,7 @@ def test_a_free_structure_in_single_precision_is_not_taken_for_an_indefinite_one
         ("d.csv", f"dof,node,direction\n0,1,x\n1,{10**30},x\n", f"row 1 belongs to node {10**30}, but"),
         ("d.csv", "dof,node,direction\n0,-1,x\n", "row 0 belongs to node -1, but nodes are 0"),
         ("d.csv", f"dof,node,direction\n0,{'9' * 5000},x\n", 'line 2: cannot read "0, 9{40}, x": give whole numbers'),
-        ("d.csv", f"dof,node,direction\n0,{'9' * 140000},x\n", r"d\.csv\" is no table \(field larger than"),
+        ("d.csv", f"dof,node,direction\n0,{'9' * 140000},x\n", r"d\.csv\" is not a table \(field larger than"),
         ("d.mapping", MAPPING.replace("7 ", "9" * 20 + " "), "row 1 belongs to node 9{20}, but"),
         ("d.mapping", MAPPING.replace("7 ", "9" * 5000 + " "), 'line 4: cannot read "'),
         ("d.dof", f"{2**63 - 1}.1\n", f"row 0 belongs to node {2**63 - 1}, but"),

@@ -255,15 +255,19 @@ def test_a_matrix_of_abaqus_names_its_degrees_of_freedom(tmp_path: Path) -> None
 
 BAD_TEXTS = [
     ("k.mtx", "%%MatrixMarket matrix coordinate real general\n2 3 1\n1 1 5.0\n", "2 x 3: it must be square"),
-    ("k.mtx", "%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 5.0\n", "no MatrixMarket file, or damaged"),
+    ("k.mtx", "%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 5.0\n", "not a MatrixMarket file, or damaged"),
     ("k.mtx", "%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 5.0 1.0\n", "holds complex numbers"),
     ("k.mtx", "%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 5.0\n2 1 nan\n", "nan in row 1, column 0"),
-    ("k.mtx", ABAQUS.replace("2,6, 2,6,", "2,11, 2,11,"), "has the degree of freedom 11: leave all but displacements"),
-    ("k.mtx", ABAQUS.replace("5.000000000000000e+00", "1e36"), "node 2 rotz is held by 1e36.* without it"),
+    (
+        "k.mtx",
+        ABAQUS.replace("2,6, 2,6,", "2,11, 2,11,"),
+        "has the degree of freedom 11: remove all degrees of freedom except displacements",
+    ),
+    ("k.mtx", ABAQUS.replace("5.000000000000000e+00", "1e36"), "node 2 rotz is fixed by 1e36.* without it"),
     ("k.mtx", ABAQUS + "2,1, 2,1, 1.\n", "gives an entry twice"),
-    ("k.mtx", ABAQUS + "2,1, 2,1\n", "is no matrix of Abaqus, or damaged"),
-    ("k.mtx", ABAQUS.replace("7,1, 7,1", "-7,1, -7,1"), "is no matrix of Abaqus, or damaged"),
-    ("k.mtx", ABAQUS.rstrip(), "cut short within its last number"),
+    ("k.mtx", ABAQUS + "2,1, 2,1\n", "is not a matrix of Abaqus, or damaged"),
+    ("k.mtx", ABAQUS.replace("7,1, 7,1", "-7,1, -7,1"), "is not a matrix of Abaqus, or damaged"),
+    ("k.mtx", ABAQUS.rstrip(), "truncated within its last number"),
     ("k.hb", "nonsense", "no Harwell-Boeing heading"),
     ("k.matrix", HBMAT.replace("RSA", "CSA"), "type CSA, complex numbers"),
     ("k.matrix", HBMAT.replace("RSA", "RSE"), "type RSE, matrices of single elements"),
@@ -271,8 +275,8 @@ BAD_TEXTS = [
     ("k.matrix", HBMAT.replace("   3   3\n", "   3   4\n"), "rows outside its 3 x 3 matrix"),
     ("k.matrix", HBMAT.replace(" 0.1000000000", " 0.1oo0000000"), "does not hold the numbers"),
     ("k.matrix", "\n".join(HBMAT.splitlines()[:8]), "holds 4 column starts, 5 rows and 0 values"),
-    ("k.op4", "nonsense", "cut short, damaged or no OUTPUT4 file"),
-    ("k.op4", PACKED[:200], "cut short, damaged or no OUTPUT4 file"),
+    ("k.op4", "nonsense", "truncated, damaged or not an OUTPUT4 file"),
+    ("k.op4", PACKED[:200], "truncated, damaged or not an OUTPUT4 file"),
     ("k.op4", PACKED.replace("6       2K", "6       4K"), "K is complex"),
     ("k.pch", "GRID,1\n", "holds no DMIG card"),
     ("k.pch", WIDE.replace("6       2  ", "6       4  "), "KAAX is complex"),
@@ -286,19 +290,19 @@ BAD_TEXTS = [
         NARROW.replace("+             12", "?             12"),
         r'line 4: "\?  .*" is neither a card nor the contin',
     ),
-    ("k.sti", "1 1\n", "no CalculiX matrix, or damaged"),
+    ("k.sti", "1 1\n", "not a CalculiX matrix, or damaged"),
     (
         "k.mtx",
         "%%MatrixMarket matrix coordinate pattern general\n1 1 1\n1 1\n",
-        "places without values .pattern.: write",
+        "entries without values .pattern.: write",
     ),
-    ("k.sti", "", "no CalculiX matrix, or damaged"),
-    ("k.sti", "nan 1 2.0\n", "no CalculiX matrix, or damaged"),
-    ("k.sti", "1.7 1 2.0\n", "no CalculiX matrix, or damaged"),
-    ("k.sti", "1 1e19 2.0\n", "no CalculiX matrix, or damaged"),
-    ("k.sti", "0 1 2.0\n", "no CalculiX matrix, or damaged"),
-    ("k.mas", "1 1 one\n", "no CalculiX matrix, or damaged"),
-    ("k.npz", "PK", "no sparse matrix"),
+    ("k.sti", "", "not a CalculiX matrix, or damaged"),
+    ("k.sti", "nan 1 2.0\n", "not a CalculiX matrix, or damaged"),
+    ("k.sti", "1.7 1 2.0\n", "not a CalculiX matrix, or damaged"),
+    ("k.sti", "1 1e19 2.0\n", "not a CalculiX matrix, or damaged"),
+    ("k.sti", "0 1 2.0\n", "not a CalculiX matrix, or damaged"),
+    ("k.mas", "1 1 one\n", "not a CalculiX matrix, or damaged"),
+    ("k.npz", "PK", "not a sparse matrix"),
     ("k.txt", "1", r'ends in "\.txt": give a matrix as one of .*\.mtx'),
 ]
 
@@ -335,7 +339,7 @@ def test_a_binary_output4_that_is_cut_short_is_refused_wherever_it_ends(tmp_path
     whole = output4("<", 2, "bigmat")
     for length in range(0, len(whole) - 4, 7):
         (tmp_path / "k.op4").write_bytes(whole[:length])
-        with pytest.raises(MatrixFileError, match=r"cut short, damaged|holds no matrix"):
+        with pytest.raises(MatrixFileError, match=r"truncated, damaged|holds no matrix"):
             read(tmp_path / "k.op4")
 
 

@@ -70,14 +70,14 @@ def test_a_brick_of_twenty_nodes_is_read_in_its_order(tmp_path: Path) -> None:
     ("old", "new", "said"),
     [
         ("CTETRA         5", "CTETRA    five  ", "has a CTETRA five that cannot be read"),
-        ("      14      15", "      14      55", "element 5 on grid point 55, which is not there"),
+        ("      14      15", "      14      55", "element 5 on grid point 55, which does not exist"),
         ("+             17      18", "+             17        ", "1 of 10 nodes are missing"),
         ("CTRIA3         9", "CTRIA3         6", "two elements 6"),
         ("GRID,12,,2.", "GRID,11,,2.", "two grid points 11"),
-        ("SET1,4", "INCLUDE 'more.bdf'\nSET1,4", "includes \"'more.bdf'\", which is not beside it"),
+        ("SET1,4", "INCLUDE 'more.bdf'\nSET1,4", "includes \"'more.bdf'\", which is not in the same folder"),
         ("SET1,4", "INCLUDE part.bdf\nSET1,4", "includes itself"),
         ("BEGIN BULK", "$", 'has no line "BEGIN BULK"'),
-        ("GRID,13,,", "GRID,13,9,", "coordinate system of their own: write them in the basic one"),
+        ("GRID,13,,", "GRID,13,9,", "local coordinate system: write them in the basic one"),
         ("+             17      18      19      20\n", "", "tetra cells of 4 nodes|cannot be read"),
         ("SET1,4,12,THRU,14,11", "SET1,4,twelve", "has a SET1 card that cannot be read"),
         ("SET1,4,12,THRU,14,11", "SET1,4,THRU,14", "has a SET1 card that cannot be read"),
@@ -143,7 +143,7 @@ def test_what_would_join_or_load_the_part_is_told_and_left_out(tmp_path: Path) -
         mesh = read_mesh(written(tmp_path, TETRA.replace("ENDDATA", more + "ENDDATA")))
     first, second = (str(item.message) for item in told)
     assert first.endswith("without CONM2 and RBE2 and CBAR")
-    assert 'shells of "property_4" lie on no face' in second
+    assert 'shells of "property_4" do not lie on faces' in second
     assert mesh.n_cell == 1
 
 

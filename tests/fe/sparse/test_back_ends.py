@@ -129,7 +129,7 @@ def test_negative_pivots_are_as_many_as_negative_eigenvalues(n: int, backend: Ba
 
 def test_pivots_from_beside_the_diagonal_count_nothing() -> None:
     swap = sp.csr_array(np.array([[0.0, 1.0], [1.0, 0.0]]))
-    with pytest.raises(UnknownInertia, match="beside the diagonal"):
+    with pytest.raises(UnknownInertia, match="off-diagonal"):
         _ = factorise(swap, Definiteness.INDEFINITE, Backend.SUPERLU).n_negative
 
 

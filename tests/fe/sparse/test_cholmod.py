@@ -191,7 +191,7 @@ def test_negative_pivots_of_a_sparse_matrix_without_supernodes_are_told(diagonal
 
 def test_what_32_bits_do_not_count_goes_to_another_library(held: Symmetric, monkeypatch: pytest.MonkeyPatch) -> None:
     def too_large(_upper: Upper, *, is_pattern: bool) -> None:
-        raise TooLarge("3000000000 entries are more than 32 bits count")
+        raise TooLarge("3000000000 entries exceed the range of 32-bit indices")
 
     monkeypatch.setattr(mkl, "count_threads", lambda: 1)
     monkeypatch.setattr(sparse_solver, "LARGE", 1000)

@@ -134,8 +134,8 @@ PENALTY = np.array([[2.0, 1.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1e12]])
     [
         (np.array([[2.0, 1.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]]), "not symmetric, most clearly in row [01],"),
         (PENALTY, "not symmetric, most clearly in row [01],"),
-        (np.array([[2.0, np.inf], [np.inf, 2.0]]), "no finite number in row 0"),
-        (np.array([[2.0, 0.0], [0.0, np.nan]]), "no finite number in row 1"),
+        (np.array([[2.0, np.inf], [np.inf, 2.0]]), "not finite in row 0"),
+        (np.array([[2.0, 0.0], [0.0, np.nan]]), "not finite in row 1"),
         (np.eye(3) * (1 + 1j), "the matrix is complex"),
         (np.ones((2, 3)), r"the matrix has shape \(2, 3\): it must be square"),
         (np.ones((0, 0)), r"the matrix has shape \(0, 0\): it must be square and not empty"),
@@ -173,7 +173,7 @@ def test_any_sparse_matrix_is_taken(kind: str, backend: Backend) -> None:
 def test_what_cannot_be_solved_with_or_for_is_said(backend: Backend) -> None:
     matrix = random_matrix(Definiteness.POSITIVE)
     whole: Any = matrix.toarray()
-    with pytest.raises(ValueError, match=r"ndarray is no sparse matrix: give scipy\.sparse\.csr_array of it"):
+    with pytest.raises(ValueError, match=r"ndarray is not a sparse matrix: give scipy\.sparse\.csr_array of it"):
         factorise(whole, backend=backend)
     with pytest.raises(ValueError, match="right-hand sides are complex"):
         factorise(matrix, backend=backend).solve(1j * np.ones(N))
