@@ -101,7 +101,7 @@ def _read_body(path: Path) -> StepBody:
     attributes = dict(zip(original, known, strict=True))
     solids, healing = shape.Solids(), []
     if len(solids) > 1:
-        raise InputError(f"{path} holds {len(solids)} solids{_overlap(solids)}: export the one body that you mean")
+        raise InputError(f"{path} holds {len(solids)} solids{_overlap(solids)}: export only the intended body")
     if solids:
         solid: Shape = solids[0]
         kept = {face: attributes[face] for face in solid.Faces() if face in attributes}

@@ -150,7 +150,7 @@ def test_an_acceleration_with_the_phase_of_a_displacement_is_suspected(tmp_path:
     campaign, manifest = drafted(tmp_path)
     # The sensor may be beyond a node: its readings stay as they are.
     assert "sign" not in manifest["run"][0]["columns"]["acceleration"]
-    assert any("opposite to acceleration" in sentence for sentence in campaign.suspicions)
+    assert any("opposite to that of acceleration" in sentence for sentence in campaign.suspicions)
 
 
 @pytest.mark.parametrize("node", [1, 2])

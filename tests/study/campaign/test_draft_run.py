@@ -89,7 +89,7 @@ def test_a_person_is_asked_once_whether_runs_and_readings_are_repeats(tmp_path: 
         write_csv(tmp_path / f"run_{number}.csv", "f [Hz],F [N],a [m]", FREQUENCY, ONES, x)
     write_csv(tmp_path / "slow.csv", "f [Hz],F [N],b [m]", np.repeat(FREQUENCY, 3), np.repeat(ONES, 3), np.repeat(x, 3))
     draft = draft_campaign(read_folder(tmp_path), Person())
-    assert len({text for text in asked if "settles" in text}) == 2
+    assert len({text for text in asked if "settling" in text}) == 2
     assert [test.get("settling") is not None for test in draft.entries["test"]] == [answer == "settling"] * 2
     assert not [sentence for sentence in draft.assumptions() if "repeat = " in sentence]
 
@@ -303,7 +303,7 @@ def test_forces_of_runs_tell_what_is_wrong_with_the_levels_in_their_names(
         sentence for sentence in drafted(tmp_path)[0].suspicions if "measured force is used" in sentence.lower()
     ]
     assert all(any(words in sentence for sentence in sentences) for words in said)
-    item = sum("exchanged" in words or "clip" in words for words in said)
+    item = sum("interchanged" in words or "clip" in words for words in said)
     assert len(sentences) == (item or min(len(said), 1))
 
 
