@@ -213,7 +213,7 @@ def test_a_signal_ends_a_command_wherever_it_arrives(environment: dict[str, str]
     done = stickslip(environment, "trial", how)
     assert done.returncode == 3
     assert "stickslip: interrupted; finished work is stored" in done.stderr
-    assert "mistake" not in done.stderr
+    assert "internal error" not in done.stderr
 
 
 @pytest.mark.parametrize("how", ["long", "table"])
