@@ -76,7 +76,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
 
 EFFECTS.register(
     EffectKind(
-        name=KIND, acts_on="joints outside contact lines", physics=JointParameter.physics,
+        name=KIND, acts_on="joints that belong to no line", physics=JointParameter.physics,
         signature=JointParameter.signature, parameters={"ratio": ("-",)}, candidates=candidates, order=13,
         acts_by_slip_alone=True,
     )

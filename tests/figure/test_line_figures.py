@@ -281,7 +281,7 @@ def test_figures_of_nothing_or_too_much_are_refused() -> None:
     many = [force(name) for name in "abcde"]
     with pytest.raises(InputError, match=r"forces of 5 lines .* give 1 to 4"):
         draw_line_forces(LineForces(forces=many, friction_coefficient=dict.fromkeys("abcde", 0.5), title="Title"))
-    with pytest.raises(InputError, match='none for "b"'):
+    with pytest.raises(InputError, match='no value for "b"'):
         draw_line_forces(LineForces(forces=many[:2], friction_coefficient={"a": 0.5}, title="Title"))
     with pytest.raises(InputError, match="0 de-couplers"):
         draw_reactions(Reactions(reactions=[], title="Title"))
