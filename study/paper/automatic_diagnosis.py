@@ -56,12 +56,15 @@ class AutomaticDiagnosis:
         Parameters of the rig with their intervals.
     others
         Effects without a parameter in the calibration by hand, with their strengths in words.
+    is_complete
+        Whether the last round found nothing missing.
     """
 
     case: Path
     rounds: tuple[AutomaticRound, ...]
     values: tuple[Interval, ...]
     others: tuple[str, ...]
+    is_complete: bool
 
 
 def diagnose_automatically(
@@ -95,9 +98,12 @@ def diagnose_automatically(
     except CampaignError as error:
         # A campaign too small for a diagnosis, such as that of a quick run, can still be calibrated by hand.
         refused = AutomaticRound(sentence=f"no diagnosis: {error}", held_before=nan, held_after=nan)
-        return AutomaticDiagnosis(case=file, rounds=(refused,), values=(), others=())
+        return AutomaticDiagnosis(case=file, rounds=(refused,), values=(), others=(), is_complete=False)
     values, others = read_values(rounds[-1], start)
-    return AutomaticDiagnosis(case=file, rounds=tuple(map(_summarise_round, rounds)), values=values, others=others)
+    return AutomaticDiagnosis(
+        case=file, rounds=tuple(map(_summarise_round, rounds)), values=values, others=others,
+        is_complete=rounds[-1].diagnosis.verdict.finding is Finding.NOTHING,
+    )  # fmt: skip
 
 
 def write_case(model: PaperModel, parameters: RigParameters) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 
 from study.paper.criteria import COVERAGE, STATIC_NORMAL, compute_static_deviation
 from study.paper.nonlinear import NonlinearIteration
-from study.paper.replay import Replay
+from study.paper.replay import STEP_LABEL, Replay
 from study.paper.sensitivity import Sensitivity
 
 HOLDS, NOT = "holds", "does not hold"
@@ -53,8 +53,8 @@ def _judge_response_by_contact(sensitivity: Sensitivity) -> PaperClaim:
     return PaperClaim(
         claim="Limits of the response are governed by the contact parameters, unless there are gaps.",
         verdict=HOLDS if by_contact > by_alignment else NOT,
-        evidence=f"a step of {contact} changes the peak of the upper limit by {by_contact:.1%}, of {alignment} by "
-        f"{by_alignment:.1%}",
+        evidence=f"changes of the peak of the upper limit: {by_contact:.1%} ({STEP_LABEL[contact]}), "
+        f"{by_alignment:.1%} ({STEP_LABEL[alignment]})",
     )
 
 
@@ -68,8 +68,8 @@ def _judge_forces_by_alignment(
     return PaperClaim(
         claim="Limits of the contact forces are governed by the alignment.",
         verdict=HOLDS if by_alignment > by_contact else NOT,
-        evidence=f"a step of {alignment} changes the static normal force by {by_alignment:.1%}, of {contact} by "
-        f"{by_contact:.1%}; its largest deviation goes from {before:.1%} to {after:.1%} in iteration 2",
+        evidence=f"changes of the static normal force: {by_alignment:.1%} ({STEP_LABEL[alignment]}), {by_contact:.1%} "
+        f"({STEP_LABEL[contact]}); its largest deviation goes from {before:.1%} to {after:.1%} in iteration 2",
     )
 
 
@@ -107,7 +107,7 @@ def _judge_deviation(third: NonlinearIteration) -> PaperClaim:
         claim="The largest remaining deviation is about 7 %, of a static normal force.",
         verdict=HOLDS if worst.met else NOT,
         evidence=f"{worst.value:.1%} at {worst.level:g} N ("
-        + ", ".join(f"{name} {value:+.1%}" for name, value in own.items())
+        + ", ".join(f"{name.replace('_', ' ')} {value:+.1%}" for name, value in own.items())
         + ")",
     )
 

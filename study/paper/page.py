@@ -38,6 +38,14 @@ DIFFERENT = (
 )
 
 
+#: Note on an automatic diagnosis that did not end with "nothing is missing".
+INCOMPLETE = (
+    " The last round did not find that nothing is missing. The intervals of the automatic diagnosis assume that the "
+    "effects named so far are all there are: the parameters also compensate for effects that are still missing, and "
+    "may lie farther from the truth than their intervals."
+)
+
+
 def make_page(result: Replay, pictures: Mapping[str, bytes]) -> str:
     """HTML of a replay.
 
@@ -184,7 +192,8 @@ def make_automatic_section(result: Replay, pictures: Mapping[str, bytes]) -> Pag
             "stickslip diagnose --auto, from iteration 1 and without further information: each round fits the "
             "calibration parameters with every effect at every place, and adds the one that the held-out data support. "
             "Errors are those of the held-out data, without and with the effect that the round names." + others,
-            "Values that a procedure does not change have no interval.",
+            "Values that a procedure does not change have no interval."
+            + (INCOMPLETE if result.own.values and not result.own.is_complete else ""),
         ],
         tables=[
             Table(head=["round", "verdict", "held-out error before", "after"], rows=path, words=2),

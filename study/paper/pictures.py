@@ -18,7 +18,7 @@ from study.compare.family_pictures import make_family_figures
 from study.paper.by_hand import ByHand
 from study.paper.model import PaperModel, compute_small_response
 from study.paper.nonlinear import NonlinearIteration
-from study.paper.replay import Replay
+from study.paper.replay import STEP_LABEL, Replay
 from study.paper.sections import SHOWN
 from study.paper.sensitivity import Sensitivity
 
@@ -209,18 +209,13 @@ def _make_panel(verdicts: Sequence[FamilyVerdict], line: str, force: str) -> For
 
 
 def _make_tornado(sensitivity: Sensitivity) -> Tornado:
-    steps = {
-        "kt": "kt, 2 %", "kn": "kn, 2 %", "mu": "mu, 2 %", "damping": "damping, 2 %",
-        "shift_left": "left shift, 0.5 mm", "inclination_left": "left inclination, 2 deg",
-        "gap_angle": "left rotation, 0.005 deg",
-    }  # fmt: skip
     changes = {
         "upper limit [%]": sensitivity.upper, "lower limit [%]": sensitivity.lower,
         "its frequency [%]": sensitivity.frequency,
         "static N, left [%]": sensitivity.normal, "static T, left [% of N]": sensitivity.tangential,
     }  # fmt: skip
     return Tornado(
-        parameters=[steps[name] for name in sensitivity.names],
+        parameters=[STEP_LABEL[name] for name in sensitivity.names],
         changes={name: 100 * value for name, value in changes.items()},
         title=f"Sensitivities at {sensitivity.level:g} N around iteration 3",
     )  # fmt: skip

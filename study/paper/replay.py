@@ -32,6 +32,12 @@ SHARES = {"kt": 0.02, "kn": 0.02, "mu": 0.02, "damping": 0.02}
 ALIGNMENT = {
     "shift_left": 0.5e-3, "inclination_left": float(np.radians(2.0)), "gap_angle": float(np.radians(0.005)),
 }  # fmt: skip
+#: These steps in words.
+STEP_LABEL = {
+    "kt": "kt by 2 %", "kn": "kn by 2 %", "mu": "mu by 2 %", "damping": "damping by 2 %",
+    "shift_left": "left shift by 0.5 mm", "inclination_left": "left inclination by 2 deg",
+    "gap_angle": "left rotation by 0.005 deg",
+}  # fmt: skip
 #: Values of a quick run: elements, modes, points and repeats.
 QUICK = {"size": 7e-3, "modes": 30}
 QUICK_EFFORT = {"frequencies": 10, "population": 2, "samples": 2, "loop_frequencies": 6, "evaluations": 30}
