@@ -60,8 +60,8 @@ class Damper:
     def _shape_problems(self, invalid: Collection[str]) -> Iterator[str]:
         if not invalid and self.end_radius < SMALLEST:
             yield (
-                f"contact_length = {in_millimetres(self.contact_length)} is longer than the cones, which end in a "
-                f"point, from radius = {in_millimetres(self.radius)} (shorten it or raise the radius)"
+                f"contact_length = {in_millimetres(self.contact_length)} is longer than the cones, which taper to a "
+                f"point from radius = {in_millimetres(self.radius)}: shorten it or raise the radius"
             )
 
     @property

@@ -83,8 +83,8 @@ def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None, layer:
     """
     if blade.root_thickness - blade.thickness < SMALLEST_STEP:
         raise MeshError(
-            f"root_thickness = {blade.root_thickness * 1e3:g} mm is not thicker than the blade, "
-            f"{blade.thickness * 1e3:g} mm, by an amount that can be meshed: give a thicker root block"
+            f"root_thickness = {blade.root_thickness * 1e3:g} mm must exceed the thickness of the "
+            f"blade, {blade.thickness * 1e3:g} mm, by an amount that can be meshed: give a thicker root block"
         )
     layout = _BladeBlocks(blade, rule, pads or PadMesh(), layer)
     blocks = [*layout.planform(), *layout.root_layers(), *layout.pads()]

@@ -123,12 +123,16 @@ def _format_case(model: Model, file: str) -> str:
     tables.append('[[load]] # 1 N; the level of a test scales it\nplace = "excitation"\n')
     if file == NAME:  # the finer case is there for its structure alone
         tables.append(
-            '[accepted] # prior standard deviations of the values of the drawing, relative\nkt = "10 %"\nkn = "10 '
-            '%"\nmu = "10 %"\nzeta = "20 %"\nE = "1 %"\nbearing = "5 %" # distance of the contacts from the middle '
-            'of their line\n\n[numerical_error]\nfrequency = "0.002 %"\ncompliance = "0.1 %"\nshares = "0 %" # '
-            'according to the drawing, the line has exactly these three contacts\nmodel = "0 %" # the virtual bench '
-            f'measures this very structure\nrefined = ["{FINER}.toml"]\n\n[effects]\nwithout = ["delay"] # the '
-            "virtual bench reads all channels at once\n"
+            "[accepted] # prior standard deviations of the values of the drawing, relative\n"
+            'kt = "10 %"\nkn = "10 %"\nmu = "10 %"\nzeta = "20 %"\nE = "1 %"\n'
+            'bearing = "5 %" # distance of the contacts from the middle of their line\n'
+            "\n[numerical_error]\n"
+            'frequency = "0.002 %"\ncompliance = "0.1 %"\n'
+            'shares = "0 %" # by the drawing, the line has exactly these three contacts\n'
+            'model = "0 %" # the virtual bench measures this very structure\n'
+            f'refined = ["{FINER}.toml"]\n'
+            "\n[effects]\n"
+            'without = ["delay"] # the virtual bench reads all channels at once\n'
         )
         tables.append(
             "[sweep] # for stickslip solve and stickslip limits\n"
@@ -143,8 +147,8 @@ def main(words: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog="python -m study.beam.case", description="The beam of the virtual test bench."
     )
-    parser.add_argument("folder", type=Path, help="output folder; created if needed")
-    parser.add_argument("--campaign", type=int, metavar="SEED", help="also measure a specimen, into FOLDER/campaign")
+    parser.add_argument("folder", type=Path, help="where the files go; made if it is not there")
+    parser.add_argument("--campaign", type=int, metavar="SEED", help="measure a specimen too, into FOLDER/campaign")
     given = parser.parse_args(words)
     given.folder.mkdir(parents=True, exist_ok=True)
     sys.stdout.write(f"{write_beam_case(given.folder)}\n")

@@ -132,7 +132,7 @@ def _draft_mode(
     where = f"{file.path.name}, {shape.where}"
     quantity, readings = _keep_one_quantity(draft, _draft_readings(draft, shape, where), where)
     if len(readings) < 2:
-        draft.left_out.append(f"{where}: its shape has {len(readings)} moving points, but a comparison needs two")
+        draft.left_out.append(f"{where}: a comparison needs two moving points, and its shape has {len(readings)}")
         return entry
     for sensor, (node, axis, _) in readings.items():
         if draft.named("sensor", sensor) is None:

@@ -136,7 +136,7 @@ def test_any_damper_has_the_volume_of_its_closed_form(
         ),
         (
             {"contact_length": 0.05},
-            r"contact_length = 50 mm is longer than the cones, which end in a point .*radius = 6 mm",
+            r"contact_length = 50 mm is longer than the cones, which taper to a point from radius = 6 mm",
         ),
     ],
 )

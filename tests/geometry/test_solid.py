@@ -49,5 +49,5 @@ def test_a_name_without_a_face_is_refused(stair: Shape) -> None:
 
 def test_two_separate_bodies_are_refused_with_their_number() -> None:
     apart = block((0.0, 0.0, 0.0), (0.01, 0.01, 0.01)).fuse(block((0.02, 0.0, 0.0), (0.03, 0.01, 0.01)))
-    with pytest.raises(GeometryError, match="the pair falls into 2 bodies"):
+    with pytest.raises(GeometryError, match="the pair consists of 2 separate bodies"):
         single_solid("pair", apart)

@@ -223,9 +223,9 @@ def test_an_empty_name_is_none(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (named(np.array(["a", 1.0], dtype=object)), r"nonlinear_elements\{1\}: its name is of list, no text"),
-        (named(np.ones(2)), r"nonlinear_elements\{1\}: its name is of ndarray, no text"),
-        (named(7.0), "its name is of float, no text"),
+        (named(np.array(["a", 1.0], dtype=object)), r"nonlinear_elements\{1\}: its name is of list, not text"),
+        (named(np.ones(2)), r"nonlinear_elements\{1\}: its name is of ndarray, not text"),
+        (named(7.0), "its name is of float, not text"),
         ({"x": 1.0}, 'no struct "system"'),
         ({"system": {"M": M, "D": C}}, "no field K, it has D, M"),
         ({"system": {"M": M, "D": C, "K": K, "Fex1": [1.0, 2.0]}}, "Fex1 has 2 entries, the mass 3 rows"),

@@ -271,7 +271,7 @@ MISTAKES = {
     "harmonic": (
         "phase",
         "harmonic = 4\nphase",
-        "harmonic = 4: harmonics.highest = 3 loses this load; take at least 4",
+        "harmonic = 4: harmonics.highest = 3 drops this load; take at least 4",
     ),
     "samples": ("samples = 64", "samples = 8", "samples = 8 are too few for harmonics 0 to 3: take at least 13"),
     "no effect file": ('"mine.py"', '"yours.py"', "there is no file"),

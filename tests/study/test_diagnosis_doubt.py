@@ -76,7 +76,7 @@ def test_a_shift_far_from_the_case_is_named_in_its_unit() -> None:
     parameter = SimpleNamespace(name="shift of lid", stated_deviation=5e-4, parameters=(shift,))
     found.diagnosis.arrangement.calibration = (parameter,)
     (doubt,) = list_doubts(found)
-    assert doubt.startswith("shift of lid = 0.0025 m is as far")
+    assert doubt.startswith("shift of lid = 0.0025 m is at a bound of the fit")
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from study.reduce.report import describe_check, document_check
 
 
 @pytest.mark.parametrize(
-    ("below", "words"), [(12, "none missed"), (14, "14 are there: 2 MISSED"), (11, "only 11 are there: 1 FOUND TWICE")]
+    ("below", "words"), [(12, "none missed"), (14, "14 exist: 2 MISSED"), (11, "only 11 exist: 1 FOUND TWICE")]
 )
 def test_missed_modes_are_told(below: int, words: str) -> None:
     check = ModeCheck(residual=np.array([1e-12, 3e-10]), shift=(2 * np.pi * 500) ** 2, n_below=below, n_found=12)

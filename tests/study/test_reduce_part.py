@@ -265,7 +265,7 @@ def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, m
         (
             'on = ["foot"]',
             'on = ["hand"]',
-            'structure.support[0].on = ["hand"]: there is no "hand": the sets of bar.inp are belt',
+            'structure.support[0].on = ["hand"]: "hand" does not exist: the sets of bar.inp are belt',
         ),
         ('name = "rub"', 'name = "tip"', 'structure.line[0].name = "tip": "tip" is used twice'),
         (
@@ -550,7 +550,7 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
             'size = "6 mm"\nnear = { bore = "1 mm" }',
             'structure.mesh.near.bore = "1 mm": bar.step: a cell size is given near the face "bore", but the',
         ),
-        ('on = ["foot"]', 'on = ["hand"]', 'there is no "hand": the faces of this case are foot, side, top'),
+        ('on = ["foot"]', 'on = ["hand"]', '"hand" does not exist: the faces of this case are foot, side, top'),
     ],
 )
 def test_mistakes_of_a_step_case_are_told_before_anything_is_meshed(

@@ -116,7 +116,7 @@ def test_the_box_of_limits_lies_about_rest_or_unmoved_or_given_sliders(home: Pat
         nominal = search_of(home, line).nominal
         assert nominal is not None
         assert nominal[0] == pytest.approx(expected, abs=1e-12)
-    with pytest.raises(CaseError, match="nominal has 2 lengths for 1 sliders: give one for each of rub"):
+    with pytest.raises(CaseError, match="nominal has 2 values for 1 sliders: give one for each of rub"):
         search_of(home, 'nominal = ["1 um", "2 um"]')
     with pytest.raises(CaseError, match="nominal"):
         search_of(home, 'nominal = "free"')

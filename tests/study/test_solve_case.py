@@ -278,14 +278,14 @@ MISTAKES = [
     ('"5 N"', '"nan N"', 'load[0].amplitude = "nan N": is not a number'),
     ('"5 N"', "nan", "load[0].amplitude = NaN: give a unit"),
     ('"5 N"', '"1e999 N"', "is not a finite number"),
-    ("[[load]]\ndof = 0", "[[load]]", "load[0]: says nowhere where: give one of dof, weights, at"),
+    ("[[load]]\ndof = 0", "[[load]]", "load[0]: no position is given: give one of dof, weights, at"),
     (
         "[[load]]\ndof = 0",
         '[[load]]\nat = "tip"\ndirection = "x"',
         "the structure is plain matrices: give dof or weights",
     ),
     ("[[load]]\ndof = 0", "[[load]]\ndof = 0\nweights = {0 = 1.0}", "dof and weights are given: give one of"),
-    ("highest = 5", "highest = 2", "load[1].harmonic = 3: .* harmonics.highest = 2 loses this load; take at least 3"),
+    ("highest = 5", "highest = 2", "load[1].harmonic = 3: .* harmonics.highest = 2 drops this load; take at least 3"),
     ("highest = 5", "highest = -1", "harmonics.highest = -1: must be greater than or equal to 0"),
     (
         "highest = 5",

@@ -197,7 +197,7 @@ def test_an_installed_package_offers_effects(tmp_path: Path) -> None:
 
 def test_a_broken_entry_point_is_left_out_in_one_sentence(tmp_path: Path) -> None:
     said = installed(tmp_path, "no_such_package.effects")
-    assert "a kind of effect is left out:" in said
+    assert "a kind of effect is not used:" in said
     assert "ModuleNotFoundError: No module named 'no_such_package'" in said
     # All others are there.
     assert 'there is no effect "louder exciter": there are ' in said

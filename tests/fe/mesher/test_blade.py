@@ -250,7 +250,7 @@ def test_a_band_that_does_not_fit_is_refused(height: float) -> None:
 
 
 def test_a_root_block_as_thin_as_the_blade_is_refused() -> None:
-    with pytest.raises(MeshError, match=r"root_thickness = 10.04 mm is not thicker than the blade, .* 10.04 mm"):
+    with pytest.raises(MeshError, match=r"root_thickness = 10.04 mm must exceed .* blade, 10.04 mm"):
         mesh(blade=Blade(thickness=0.01004, root_thickness=0.01004))
 
 

@@ -35,7 +35,7 @@ def test_x_and_y_are_parts_of_a_motion_that_its_phase_tells(tmp_path: Path, moti
     assert sensor.name == "response 1"
     assert not sensor.calibrated
     assert sensor.quantity == (motion or "displacement")
-    told = [line for line in made.draft.assumptions() if "as that of" in line]
+    told = [line for line in made.draft.assumptions() if "like that of" in line]
     assert len(told) == bool(motion)
     table = campaign.measurement
     for level in (0.1, 0.2):

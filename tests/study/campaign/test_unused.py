@@ -41,7 +41,7 @@ def test_folders_within_are_named(tmp_path: Path) -> None:
     (tmp_path / "notes").mkdir()
     (tmp_path / "notes" / "plan.md").write_text("text")
     write_csv(tmp_path / "3N" / "sweep.csv", HEADER, *sweep(3.0))
-    assert "3N: folders" in refusal(tmp_path)
+    assert "3N: subfolders" in refusal(tmp_path)
     write_csv(tmp_path / "sweep.csv", HEADER, *sweep(3.0))
     (sentence,) = drafted(tmp_path)[0].draft.left_out
     assert sentence.startswith("3N: ")
