@@ -456,7 +456,7 @@ BALANCE: dict[str, tuple[Refused, str]] = {
         r"parameters are one LevelParameter: give a list",
     ),
     "another matrix": (lambda: scaled(balance(), "inertia"), r'no matrix "inertia" to scale'),
-    "missing file": (lambda: load_branch(Path("nowhere.nc")), r'"nowhere\.nc" holds no response branch'),
+    "missing file": (lambda: load_branch(Path("nowhere.nc")), r'"nowhere\.nc" contains no response branch'),
 }
 
 

@@ -439,7 +439,7 @@ def test_a_branch_that_folds_up_its_points_says_so() -> None:
 
 def test_a_file_that_is_no_branch_is_refused(tmp_path: Path) -> None:
     (tmp_path / "notes.nc").write_text("no data")
-    with pytest.raises(BalanceError, match=r'notes\.nc" holds no response branch'):
+    with pytest.raises(BalanceError, match=r'notes\.nc" contains no response branch'):
         load_branch(tmp_path / "notes.nc")
 
 

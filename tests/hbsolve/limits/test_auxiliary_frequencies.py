@@ -56,5 +56,5 @@ def test_one_frequency_has_the_limits_of_a_curve(balance: HarmonicBalance, numbe
 
 
 def test_a_number_of_frequencies_below_one_is_refused() -> None:
-    with pytest.raises(BalanceError, match="frequencies = 0 must be 1 at least"):
+    with pytest.raises(BalanceError, match="frequencies = 0 must be at least 1"):
         LimitSettings(frequencies=0)

@@ -133,7 +133,7 @@ def test_processes_find_the_same_limits(balance: HarmonicBalance, limits: Respon
 def test_saved_limits_come_back(limits: ResponseLimits, tmp_path: Path) -> None:
     limits.save(tmp_path / "limits.nc")
     same(load_limits(tmp_path / "limits.nc"), limits)
-    with pytest.raises(BalanceError, match="holds no limits"):
+    with pytest.raises(BalanceError, match="contains no limits"):
         load_limits(tmp_path / "other.nc")
 
 
@@ -239,5 +239,5 @@ def test_bad_problems_are_refused(balance: HarmonicBalance) -> None:
         limit_problem(balance, ContactForceHarmonic(joints=["blade 1"], direction=1))
     with pytest.raises(BalanceError, match="reach = -1 m must be positive"):
         limit_problem(balance, OutputHarmonic(row=0), reach=-1.0)
-    with pytest.raises(BalanceError, match="population = 0 must be 1"):
+    with pytest.raises(BalanceError, match="population = 0 must be at least 1"):
         LimitSettings(population=0)
