@@ -9,8 +9,9 @@ by an effect,
 is the fall of chi^2 for an effect that is linear in its strength. d is either the derivative at the neutral strength,
 or a difference quotient at the strength that the derivative predicts, limited to the typical one. The one with the
 larger g is used: the derivative is misleading where a gap opens, the difference quotient if its strength is far from
-the true one. An effect whose derivative vanishes, as the gap of a contact that never touches, is tried on both sides
-at the typical strength and far from it. Two effects with parallel d_perp are indistinguishable in these data.
+the true one. An effect on joints whose derivative is zero, such as the gap of a contact that never touches, is tried
+on both sides at the typical strength and far from it. Two effects with parallel d_perp are indistinguishable in these
+data.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -21,7 +22,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from diagnosis.candidate.effect import Effect, EffectParameter
+from diagnosis.candidate.effect import Effect, changes_joints
 from diagnosis.candidate.far_strength import list_far_strengths
 from diagnosis.fit.calibration import Matrix, Vector
 from diagnosis.fit.fit_parameter import make_start
@@ -50,6 +51,9 @@ class Score:
         Share of the effect that the calibration parameters absorb, 1 - |d_perp| / |d| [-].
     direction
         d_perp / |d_perp|, shape (m + p,); zero if the effect is invisible.
+    begins
+        Distance from the neutral strength at which an effect without a derivative was tried: it may have no effect at
+        smaller ones; 0 if the change is linear [its unit].
     start, slope
         Start of a refit: fitted values that compensate for the effect, then its parameters, shape (p + e,); whitened
         derivative of the effect at its neutral value, shape (m + p,).
@@ -63,10 +67,11 @@ class Score:
     direction: Vector
     start: Vector
     slope: Vector
+    begins: float = 0.0
 
     @property
     def detectable(self) -> float:
-        """Strength that changes all measurements together by one standard deviation [its unit]."""
+        """Strength that changes all measurements together by one standard deviation, by a linear change [its unit]."""
         parameter = self.effect.parameters[0]
         return abs(parameter.typical - parameter.vanishes) / self.size if self.size else np.inf
 
@@ -145,16 +150,15 @@ def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, s
     whole = float(np.linalg.norm(slope))
     across = project_out(basis, slope)
     absorbed = 1 - float(np.linalg.norm(across)) / whole if whole else 1.0
-    is_absorbed = 1 - absorbed < selection.least_unabsorbed_share
+    is_absorbed = whole > 0 and 1 - absorbed < selection.least_unabsorbed_share
     if is_absorbed or whole * abs(typical) < selection.least_change:
         slope, across = 0 * slope, 0 * across
     tried = minimise_along_change(effect, across, residual)
     rates = _compute_compensation_rates(problem, slope)
-    first = (tried.step if across.any() else typical) if whole else None
-    for step in [] if is_absorbed else _list_finite_steps(parameter, first):
-        change = _change(problem, effect, step, rates)
-        finite = minimise_along_change(effect, project_out(basis, change) / step, residual)
-        if finite.gain >= tried.gain or not tried.across.any():
+    for step in [] if is_absorbed else _list_finite_steps(problem, effect, tried, has_derivative=bool(whole)):
+        change = project_out(basis, _change(problem, effect, step, rates)) / step
+        finite = minimise_along_change(effect, change, residual, begins=0.0 if whole else step)
+        if finite.across.any() and (finite.gain > tried.gain or not tried.across.any()):
             tried = finite
     size = float(np.linalg.norm(tried.across))
     start = _compensate_values(problem, effect, tried.step, rates)
@@ -166,41 +170,52 @@ def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, s
         )  # fmt: skip
     return Score(
         effect=effect, strength=parameter.vanishes + tried.step, gain=tried.gain, size=size * abs(typical),
-        absorbed=absorbed, direction=tried.across / size * np.sign(typical), start=start, slope=slope,
+        absorbed=absorbed if whole else 0.0, direction=tried.across / size * np.sign(typical), start=start,
+        slope=slope, begins=abs(tried.begins),
     )  # fmt: skip
 
 
-def _list_finite_steps(parameter: EffectParameter, first: float | None) -> list[float]:
-    """Steps of difference quotients: the given one, at most as large as the typical one.
+def _list_finite_steps(problem: Screened, effect: Effect, tried: "LineMinimum", *, has_derivative: bool) -> list[float]:
+    """Steps of difference quotients: the one by the derivative, at most as large as the typical one.
 
-    Without it, for an effect without a derivative, typical and far ones on both sides: such an effect may begin beyond
-    some strength, and on one side alone.
+    An effect on joints whose derivative is exactly zero may begin beyond some strength, on one side alone: typical and
+    far steps on both sides. Calibration parameters do not compensate for these.
     """
-    typical = abs(parameter.typical - parameter.vanishes)
-    if first is None:
-        steps = np.array([typical, -typical, *(list_far_strengths(parameter).ravel() - parameter.vanishes)])
+    parameter = effect.parameters[0]
+    typical = parameter.typical - parameter.vanishes
+    if has_derivative or not changes_joints(effect, problem.fit.model):
+        steps = np.clip([tried.step if tried.across.any() else typical], -abs(typical), abs(typical))
     else:
-        steps = np.clip([first], -typical, typical)
+        steps = np.array([typical, -typical, *(list_far_strengths(parameter).ravel() - parameter.vanishes)])
     steps = np.clip(steps, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes)
-    return [float(step) for step in steps if abs(step) > MIN_STRENGTH * typical]
+    return [float(step) for step in dict.fromkeys(steps) if MIN_STRENGTH * abs(typical) < abs(step) < np.inf]
 
 
 class LineMinimum(NamedTuple):
-    """Minimum of chi^2 along a change per unit of strength: the change, the step to the minimum, the fall of chi^2."""
+    """Minimum of chi^2 along a change per unit of strength: the change, the step to the minimum, the fall of chi^2.
+
+    `begins` is the step of a change that may vanish at smaller steps; 0 if the change is linear.
+    """
 
     across: Vector
     step: float
     gain: float
+    begins: float = 0.0
 
 
-def minimise_along_change(effect: Effect, across: Vector, residual: Vector) -> LineMinimum:
-    """Minimise chi^2 along a change per unit of strength, shape (n,), within the bounds of an effect."""
+def minimise_along_change(effect: Effect, across: Vector, residual: Vector, begins: float = 0.0) -> LineMinimum:
+    """Minimise chi^2 along a change per unit of strength, shape (n,), within the bounds of an effect.
+
+    With `begins`, the step at which an effect was tried that may act on one side alone, on this side.
+    """
     parameter, steepness = effect.parameters[0], float(across @ across)
     if not steepness:
-        return LineMinimum(across, 0.0, 0.0)
-    step = float(across @ residual) / steepness
-    step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
-    return LineMinimum(across, step, max(2 * step * float(across @ residual) - step**2 * steepness, 0.0))
+        return LineMinimum(across, 0.0, 0.0, begins)
+    lower = 0.0 if begins > 0 else parameter.lower - parameter.vanishes
+    upper = 0.0 if begins < 0 else parameter.upper - parameter.vanishes
+    step = float(np.clip(float(across @ residual) / steepness, lower, upper))
+    gain = max(2 * step * float(across @ residual) - step**2 * steepness, 0.0)
+    return LineMinimum(across, step, gain, begins)
 
 
 def _change(problem: Screened, effect: Effect, step: float, rates: Vector) -> Vector:

@@ -85,10 +85,10 @@ def draw_variance_shares(result: VarianceShares) -> Figure:
         _draw(axes, panel, colours, result.parameters)
     handles = [Patch(color=colour, label=label) for colour, label in zip(colours, result.groups, strict=True)]
     signs = [
-        Patch(facecolor=PALE, label="by itself"),
-        Patch(facecolor=PALE, alpha=0.3, label="with interactions"),
+        Patch(facecolor=PALE, label="first-order index"),
+        Patch(facecolor=PALE, alpha=0.3, label="total index"),
         Line2D([], [], color=INK, linewidth=1.0, label="its 95 % interval"),
-        Line2D([], [], color=INK, marker="D", markerfacecolor="white", linestyle="", label="to first order"),
+        Line2D([], [], color=INK, marker="D", markerfacecolor="white", linestyle="", label="linearised"),
     ]
     add_legend(figure, [*handles, *signs])
     add_heading(figure, result)

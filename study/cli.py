@@ -1,7 +1,7 @@
 """The command line: finds the command, runs it, and turns what happened into an exit code and a message.
 
 Exit codes: 0 done; 1 a computation did not converge, or `doctor` found something missing; 2 an input that the user can
-correct; 3 interrupted; 70 a mistake of stickslip itself.
+correct; 3 interrupted; 70 an internal error of stickslip.
 
 Nothing heavy is imported here: each command is imported when it is called.
 """

@@ -133,7 +133,7 @@ def plain_warnings() -> Iterator[None]:
 
 
 def report_mistake(error: BaseException, words: Sequence[str]) -> str:
-    """Sentence about a mistake of stickslip itself, whose traceback is written into a file."""
+    """Sentence about an internal error of stickslip, whose traceback is written into a file."""
     file = write_traceback(error, words)
     kind = f"{type(error).__name__}: {error}".strip(": ")
     return f"internal error of stickslip ({kind}); please report it with the file {file}"

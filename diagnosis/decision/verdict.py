@@ -219,7 +219,8 @@ def compute_detectable_strengths(scores: Sequence[Score], threshold: float) -> d
     Infinite if that strength is outside the bounds of the effect.
     """
     return {
-        score.effect.name: _within(score.effect.parameters[0], threshold**0.5 * score.detectable) for score in scores
+        score.effect.name: _within(score.effect.parameters[0], max(threshold**0.5 * score.detectable, score.begins))
+        for score in scores
     }
 
 

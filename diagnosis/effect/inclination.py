@@ -28,8 +28,8 @@ class Inclination:
     kind: str = KIND
     physics: str = "The wire of the dead weight is not vertical: it pulls the body towards one of its contact lines."
     signature: str = (
-        "Mean normal and tangential forces of the lines change at all levels, and depend on the friction history; "
-        "responses change less; no change without contacts."
+        "Mean normal forces of the lines change at all levels, and so do tangential ones, which also depend on the "
+        "friction history; responses change less; no change without contacts."
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:

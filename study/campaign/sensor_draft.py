@@ -110,7 +110,9 @@ def add_sensor(
     entry |= {} if quantity == LOAD_CELL else _position(draft, judged, column, name)
     if has_phase is False:
         others = ", ".join(f'"{one.name}"' for one in judged.of_role(Role.PHASE))
-        entry["phase"] = Marked(value=False, assumed=f"the name of {others} does not match it") if others else False
+        entry["phase"] = (
+            Marked(value=False, assumed=f"no phase has a matching name (there are {others})") if others else False
+        )
     raw = find_raw_unit(column, guess)
     is_known = bool(guess.quantity) and guess.quantity != "voltage" and not raw and guess.unit != "percent"
     if not needs_unit and not (is_known or guess.unit not in {"", "V", "mV", "percent", STRAIN}):

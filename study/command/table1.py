@@ -20,7 +20,7 @@ app = make_command_app(
     published one.
 
     Full finite elements, Craig-Bampton, and the peak of the harmonic-balance response; also rows that were not
-    tuned, the limit of nested meshes, and CalculiX on the same meshes if it is installed. Writes table1.csv,
+    used for tuning, the limit of nested meshes, and CalculiX on the same meshes if it is installed. Writes table1.csv,
     table1.html, figures, pictures and STEP files. Without a case file both shipped cases run: the rig's blade, and a
     plain one.""",
     examples=["stickslip table1 --out table1", "stickslip table1 my_blade.toml --out mine", "stickslip table1 --json"],

@@ -62,8 +62,8 @@ def _doubt_worse_held_out_data(result: Round) -> Iterator[str]:
     if larger > HARMFUL_ERROR_RATIO or (rise > HARMFUL_CHI2_RISE and larger > 1):
         what = "Calibration with the added effects" if result.setup.added else "Calibration"
         yield (
-            f"{what} makes the held-out error worse: {format_number(100 * uncalibrated.held_out_error, 3)} % nominal, "
-            f"{format_number(100 * baseline.held_out_error, 3)} % with it."
+            f"{what} makes the held-out error worse: {format_number(100 * uncalibrated.held_out_error, 3)} % for the "
+            f"nominal model, {format_number(100 * baseline.held_out_error, 3)} % with it."
         )
 
 

@@ -67,7 +67,7 @@ class HistoryStep:
     before, after
         Errors; None if unknown.
     drawn, accepted
-        Errors of a diagnosis as drawn, and with calibration parameters alone; None if unknown.
+        Errors of the nominal model of a diagnosis, and with calibration parameters alone; None if unknown.
     sentence, finding
         Verdict of a diagnosis.
     candidates

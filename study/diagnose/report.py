@@ -86,7 +86,7 @@ def _name_effects(result: Round) -> str:
 
 
 def describe_error_fall(drawn: Errors, before: Errors, after: Errors) -> str:
-    """Change of the held-out error by an effect, from the model as drawn if calibration alone increases the error."""
+    """Change of the held-out error by an effect, from the nominal model if calibration alone increases the error."""
     is_astray = before.held_out > HARMFUL_ERROR_RATIO * drawn.held_out
     if is_astray and drawn.held_out > after.held_out:
         error, then = (f"{100 * values.held_out:.3g}" for values in (drawn, after))

@@ -69,7 +69,7 @@ def make_waterfall(result: Round, history: History) -> list[WaterfallStep]:
 
 
 def list_known_errors(history: History, present: Sequence[str], drawn: Errors, now: Errors) -> list[WaterfallStep]:
-    """Errors of the model as drawn, of each step in the history, and of the fitted model.
+    """Errors of the nominal model, of each step in the history, and of the fitted model.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def list_known_errors(history: History, present: Sequence[str], drawn: Errors, n
     present
         Names of the effects that were added.
     drawn, now
-        Errors of the model as drawn, and with all its values fitted.
+        Errors of the nominal model, and with all its values fitted.
     """
     steps = [make_step("nominal", drawn)]
     last = history.last_diagnosis

@@ -25,7 +25,7 @@ from study.estimate.level_modes import LevelMode, read_level_modes
 SLIPS = "the lowest level may already slip a little: the damping includes friction then, and is an upper bound"
 STEADY = "the damping does not grow with the amplitude: it includes no friction"
 LINEAR = "the model has no joint that could slip: all damping counts as that of the structure"
-FREE = "the structure without contacts: it includes bearings and air, but no friction"
+FREE = "damping of the structure without contacts: it includes bearings and air, but no friction"
 SOFTENED = (
     "the lowest level may already slip a little: the frequency is corrected by half of the largest shift that "
     "micro-slip with the measured friction damping may cause, and the interval spans zero to the full shift"

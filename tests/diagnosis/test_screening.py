@@ -11,6 +11,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect, EffectParameter
+from diagnosis.decision.verdict import compute_detectable_strengths
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import MAX_BY_SLIP, make_baseline_refit, refit, shortlist
@@ -62,10 +63,11 @@ def test_directions_are_units_across_the_accepted_parameters(scores: list[Score]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BeyondThreshold:
-    """An effect that begins at a negative strength alone, as a gap that closes: its derivative at zero vanishes."""
+    """An effect on joints that begins at a negative strength alone, as a gap that closes: no derivative at zero."""
 
     inner: Effect
     threshold: float
+    sign: float = 1.0
 
     name: str = "beyond a threshold"
     kind: str = "threshold"
@@ -78,7 +80,9 @@ class BeyondThreshold:
         return (EffectParameter(name="mass", unit="kg", lower=-most, upper=most, typical=0.1 * self.threshold),)
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        return self.inner.apply(model, [max(-values[0] - self.threshold, 0.0)])
+        changed = self.inner.apply(model, [self.sign * max(-values[0] - self.threshold, 0.0)])
+        joint = changed.system.joints[0]
+        return changed.with_joints({joint.name: {"preload": joint.preload}})
 
 
 def test_an_effect_that_begins_beyond_a_threshold_is_tried_beyond_it(scores: list[Score], heavy: Arrangement) -> None:
@@ -88,6 +92,16 @@ def test_an_effect_that_begins_beyond_a_threshold_is_tried_beyond_it(scores: lis
     assert score.strength == pytest.approx(-2 * MASS, rel=0.1)
     assert score.gain == pytest.approx(scores[0].gain, rel=0.1)
     assert not score.slope.any()
+    assert score.begins in (2 * MASS, 4 * MASS)
+
+
+def test_an_effect_on_one_side_explains_no_residual_of_the_other_sign(scores: list[Score], heavy: Arrangement) -> None:
+    """It removes mass where mass is missing: nothing is gained, but the data would show it beyond its threshold."""
+    effect = BeyondThreshold(inner=scores[0].effect, threshold=MASS, sign=-1.0)
+    (score,) = screen(heavy, [effect])
+    assert (score.gain, score.strength) == (0.0, 0.0)
+    assert score.size > 0
+    assert compute_detectable_strengths([score], 25.0)[effect.name] >= 2 * MASS
 
 
 def test_a_calibration_parameter_is_absorbed_by_itself(heavy: Arrangement) -> None:

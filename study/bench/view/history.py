@@ -29,7 +29,7 @@ def show_history(history: History) -> list[dict[str, Any]]:
 
 
 def show_errors(history: History, present: Sequence[str], drawn: Errors, now: Errors) -> list[dict[str, Any]]:
-    """Errors on training and held-out data after each step: as drawn, calibrated, and with each effect.
+    """Errors on training and held-out data after each step: nominal, calibrated, and with each effect.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def show_errors(history: History, present: Sequence[str], drawn: Errors, now: Er
     present
         Names of the effects in the case.
     drawn, now
-        Errors of the model as drawn, and with all its values fitted anew.
+        Errors of the nominal model, and with all its values refitted.
     """
     return [vars(step) for step in list_known_errors(history, present, drawn, now)]
 
