@@ -682,8 +682,13 @@ def test_what_no_data_can_tell_from_the_best_is_named_before_what_is_improbable(
     directions = {"mass": [1.0, 0.0], "spring": [0.0, 1.0], "shift": [-1.0, 0.0]}
     scores: Any = tuple(
         SimpleNamespace(
-            effect=item.effect, direction=np.array(directions[item.name]), size=1.0, detectable=1.0, gain=item.gain
-        )
+            effect=item.effect,
+            direction=np.array(directions[item.name]),
+            size=1.0,
+            detectable=1.0,
+            begins=0.0,
+            gain=item.gain,
+        )  # fmt: skip
         for item in fits
     )
     for score in scores:
