@@ -688,7 +688,7 @@ def test_what_no_data_can_tell_from_the_best_is_named_before_what_is_improbable(
             detectable=1.0,
             begins=0.0,
             gain=item.gain,
-        )  # fmt: skip
+        )
         for item in fits
     )
     for score in scores:
