@@ -149,8 +149,8 @@ def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, s
     typical = parameter.typical - parameter.vanishes
     whole = float(np.linalg.norm(slope))
     across = project_out(basis, slope)
-    absorbed = 1 - float(np.linalg.norm(across)) / whole if whole else 1.0
-    is_absorbed = whole > 0 and 1 - absorbed < selection.least_unabsorbed_share
+    absorbed = 1 - float(np.linalg.norm(across)) / whole if whole else 0.0
+    is_absorbed = 1 - absorbed < selection.least_unabsorbed_share
     if is_absorbed or whole * abs(typical) < selection.least_change:
         slope, across = 0 * slope, 0 * across
     tried = minimise_along_change(effect, across, residual)
@@ -170,7 +170,7 @@ def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, s
         )  # fmt: skip
     return Score(
         effect=effect, strength=parameter.vanishes + tried.step, gain=tried.gain, size=size * abs(typical),
-        absorbed=absorbed if whole else 0.0, direction=tried.across / size * np.sign(typical), start=start,
+        absorbed=absorbed, direction=tried.across / size * np.sign(typical), start=start,
         slope=slope, begins=abs(tried.begins),
     )  # fmt: skip
 

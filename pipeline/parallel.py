@@ -280,7 +280,7 @@ def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator
     resource_tracker.ensure_running()
     n_worker = workers or count_default_workers()
     with single_threaded():
-        pool = ProcessPoolExecutor(n_worker, mp_context=CONTEXT, initializer=_begin, initargs=(alive, loaded_files()))
+        pool = ProcessPoolExecutor(n_worker, mp_context=CONTEXT, initializer=_begin, initargs=(alive,))
         try:
             # Ctrl-C waits until all have begun, seconds of imports: before, they would print where they were.
             before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
@@ -293,13 +293,7 @@ def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator
                 ) from error
             finally:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)
-            try:
-                yield pool
-            except BrokenExecutor as error:
-                raise ComputationFailed(
-                    "a process was killed, most often for lack of memory: close other programs; what was finished is "
-                    "stored, and the same command continues from there"
-                ) from error
+            yield pool
         finally:
             stays_open.close()
             pool.shutdown(cancel_futures=True)
@@ -310,14 +304,9 @@ def _do_nothing() -> None:
     """Do nothing: a first task that starts a process."""
 
 
-def _begin(alive: Connection, plugins: Sequence[Path]) -> None:
-    """Leave Ctrl-C, which a terminal sends to all, to the process that waits for the results, and end with it.
-
-    Joint laws and other members from outside are loaded here as they are in that process.
-    """
+def _begin(alive: Connection) -> None:
+    """Leave Ctrl-C, which a terminal sends to all, to the process that waits for the results, and end with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    for plugin in plugins:
-        load_file(plugin)
     threading.Thread(target=end_with, args=(alive,), daemon=True).start()
 
 

@@ -6,9 +6,9 @@ are made one after the other, so that those of a large grid need not be in memor
 
 import importlib
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -55,14 +55,37 @@ def run_pooled(
     InputError
         Errors of the stages, or no usable scheduler at the address.
     """
-    with progress.step(title) as report:
-        try:
-            return _run(tasks, count, store, report, workers)
-        except BrokenExecutor as error:
-            raise ComputationFailed(
-                "a process was killed, most often for lack of memory: close other programs; what was finished is "
-                f"stored, and the same command continues from there. Or it {NO_GUARD}"
-            ) from error
+    with progress.step(title) as report, _explained_failure():
+        return _run(tasks, count, store, report, workers)
+
+
+def make_map(executor: Executor) -> Callable[..., Iterator[Any]]:
+    """`map` over the processes of an executor, which load the users' files that this process has loaded.
+
+    Its results raise `ComputationFailed` if a process was killed.
+    """
+
+    def map_over(function: Callable[..., Any], *items: Iterable[Any]) -> Iterator[Any]:
+        with _explained_failure():
+            yield from executor.map(partial(_call, loaded_files(), function), *items)
+
+    return map_over
+
+
+def _call(plugins: list[Path], function: Callable[..., Any], *items: Any) -> Any:
+    _load_plugins(plugins)
+    return function(*items)
+
+
+@contextmanager
+def _explained_failure() -> Iterator[None]:
+    try:
+        yield
+    except BrokenExecutor as error:
+        raise ComputationFailed(
+            "a process was killed, most often for lack of memory: close other programs; what was finished is "
+            f"stored, and the same command continues from there. Or it {NO_GUARD}"
+        ) from error
 
 
 def _run(tasks: Iterable[Task], count: int, store: Store, report: Report, workers: Workers) -> list[Any]:
@@ -124,9 +147,13 @@ def _submit(executor: Executor, task: Task) -> "Future[Outcome[Any]]":
 
 def _compute(module: str, name: str, plugins: list[Path], **inputs: Any) -> Outcome[Any]:
     """In a process of the pool: a stage is given by its name, since it cannot be pickled itself."""
-    for plugin in set(plugins) - set(loaded_files()):
-        load_file(plugin)
+    _load_plugins(plugins)
     stage = getattr(importlib.import_module(module), name)
     begin = time.perf_counter()
     value = stage(**inputs)
     return Outcome(value=value, seconds=time.perf_counter() - begin, cached=False)
+
+
+def _load_plugins(plugins: list[Path]) -> None:
+    for plugin in set(plugins) - set(loaded_files()):
+        load_file(plugin)

@@ -39,6 +39,8 @@ Prior = Values | float
 ComputeLimits = Callable[[Values], FamilyLimits]
 #: Limits at each of some parameters, in their order; None where there is no such model, or no steady state of it.
 ComputeEach = Callable[[Iterable[Values]], Iterable[FamilyLimits | None]]
+#: The built-in `map`, or one over processes, such as by `pipeline.pool.make_map`.
+MapOver = Callable[..., Iterable[Any]]
 
 #: Initial and largest radius of the trust region, and radius at which the fit ends [steps].
 FIRST_RADIUS, MOST_RADIUS, LAST_RADIUS = 1.5, 5.0, 0.05
@@ -163,7 +165,7 @@ def fit_limits(
     most: int,
     bounds: scipy.optimize.Bounds = UNBOUNDED,
     report: Callable[[float, float], None] | None = None,
-    map_over: Callable[..., Iterable[Any]] = map,
+    map_over: MapOver = map,
 ) -> FamilyFit:
     """Minimise the score of limits and a prior by linearised limits in a trust region.
 
@@ -184,8 +186,7 @@ def fit_limits(
     report
         Called with the number of evaluations, and their largest number [-].
     map_over
-        `map`, or that of an executor, whose processes then take `compute`: the models of a difference quotient are
-        independent.
+        `map`, or one over processes, which then take `compute`: the models of a difference quotient are independent.
 
     Raises
     ------

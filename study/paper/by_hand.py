@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.pool import make_map
 from study.paper.frequency_error import FrequencyError, find_frequency_error
 from study.paper.interval import (
     FREQUENCIES,
@@ -100,7 +101,7 @@ def _find_all_intervals(
     fit = nonlinear.response if nonlinear.all_data is None else nonlinear.all_data
     target = make_target(measured, before, model.effort.loop_frequencies, forces=nonlinear.all_data is not None)
     step = run.step("intervals", expected=60)
-    fitted = step.run(find_intervals, model.inputs, fit, target, model, report=step.report, map_over=executor.map)
+    fitted = step.run(find_intervals, model.inputs, fit, target, model, report=step.report, map_over=make_map(executor))
     result = [*fitted, find_damping_interval(last.parameters.damping, linear.stuck)]
     if free is not None and last.parameters.density is not None:
         result.append(find_density_interval(last.parameters.density, free))

@@ -4,15 +4,14 @@ The fit minimises the score of `diagnosis.fit.family_target` over the band that 
 prior around the start.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from diagnosis.fit.family_fit import fit_limits
+from diagnosis.fit.family_fit import MapOver, fit_limits
 from diagnosis.fit.family_target import FamilyLimits, FamilyTarget
 from pipeline.store import stage
 from study.paper.model import ModelInputs, PaperModel
@@ -126,7 +125,7 @@ def fit_parameters(
     most: int,
     make: PaperModel,
     report: Callable[[float, float], None] | None = None,
-    map_over: Callable[..., Iterable[Any]] = map,
+    map_over: MapOver = map,
 ) -> ParameterFit:
     """Tune some parameters to families.
 
@@ -145,7 +144,7 @@ def fit_parameters(
     report
         Progress.
     map_over
-        `map`, or that of an executor.
+        `map`, or one over processes.
 
     Raises
     ------

@@ -36,6 +36,7 @@ from diagnosis.fit.family_fit import (
     MOST_RADIUS,
     MOST_SLOPE,
     LinearLimits,
+    MapOver,
     compute_if_possible,
     compute_prior,
     minimise_linear,
@@ -111,7 +112,7 @@ def find_intervals(
     target: FamilyTarget,
     make: PaperModel,
     report: Callable[[float, float], None] | None = None,
-    map_over: Callable[..., Iterable[Any]] = map,
+    map_over: MapOver = map,
 ) -> tuple[Interval, ...]:
     """Intervals of the parameters of a fit by the profiles of its score.
 
@@ -128,7 +129,7 @@ def find_intervals(
     report
         Progress.
     map_over
-        `map`, or that of an executor.
+        `map`, or one over processes.
 
     Raises
     ------

@@ -20,6 +20,7 @@ import numpy as np
 from correlation.family.frequencies import choose_frequencies
 from diagnosis.fit.family_target import FamilyGroup, FamilyTarget, list_numerical_errors
 from geometry.rig import SIDES
+from pipeline.pool import make_map
 from pipeline.progress import ShownStep
 from study.paper.case import CriteriaTable
 from study.paper.criteria import Criterion, compute_static_deviation, judge_forces, judge_response
@@ -108,7 +109,7 @@ def calibrate_nonlinear(
     def fit(scale: ParameterScale, target: FamilyTarget, step: ShownStep) -> ParameterFit:
         return step.run(
             fit_parameters, model.inputs, scale, target, model.effort.evaluations, model, report=step.report,
-            map_over=executor.map,
+            map_over=make_map(executor),
         )  # fmt: skip
 
     first = judged(1, start)

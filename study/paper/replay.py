@@ -10,6 +10,7 @@ import numpy as np
 from casefile.table import load_case
 from correlation.family.frequencies import choose_frequencies
 from pipeline.parallel import process_pool
+from pipeline.pool import make_map
 from pipeline.progress import SilentProgress
 from study.kind.registry import OpenCase, open_case
 from study.paper.automatic_diagnosis import AutomaticDiagnosis, diagnose_automatically
@@ -33,11 +34,11 @@ ALIGNMENT = {
     "shift_left": 0.5e-3, "inclination_left": float(np.radians(2.0)), "gap_angle": float(np.radians(0.005)),
 }  # fmt: skip
 #: These steps in words.
-STEP_LABEL = {
-    "kt": "kt by 2 %", "kn": "kn by 2 %", "mu": "mu by 2 %", "damping": "damping by 2 %",
-    "shift_left": "left shift by 0.5 mm", "inclination_left": "left inclination by 2 deg",
-    "gap_angle": "left rotation by 0.005 deg",
-}  # fmt: skip
+STEP_LABEL = {name: f"{name} by {100 * share:g} %" for name, share in SHARES.items()} | {
+    "shift_left": f"left shift by {1e3 * ALIGNMENT['shift_left']:g} mm",
+    "inclination_left": f"left inclination by {np.degrees(ALIGNMENT['inclination_left']):g} deg",
+    "gap_angle": f"left rotation by {np.degrees(ALIGNMENT['gap_angle']):g} deg",
+}
 #: Values of a quick run: elements, modes, points and repeats.
 QUICK = {"size": 7e-3, "modes": 30}
 QUICK_EFFORT = {"frequencies": 10, "population": 2, "samples": 2, "loop_frequencies": 6, "evaluations": 30}
@@ -150,5 +151,5 @@ def _run_sensitivities(
     step = run.step("sensitivities", expected=60)
     return step.run(
         compute_sensitivities, model.inputs, parameters, steps, families, frequency, level, model,
-        report=step.report, map_over=executor.map,
+        report=step.report, map_over=make_map(executor),
     )  # fmt: skip

@@ -1,15 +1,15 @@
 """Sensitivities of response and force limits around iteration 3 to a step of each parameter."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.family.family import Family
+from diagnosis.fit.family_fit import MapOver
 from diagnosis.fit.family_target import sample_bands
 from pipeline.store import stage
 from study.paper.model import ModelInputs, PaperModel
@@ -54,7 +54,7 @@ def compute_sensitivities(
     level: float,
     make: PaperModel,
     report: Callable[[float, float], None] | None = None,
-    map_over: Callable[..., Iterable[Any]] = map,
+    map_over: MapOver = map,
 ) -> Sensitivity:
     """Sensitivities by differences of the bands of the same friction histories.
 
@@ -77,7 +77,7 @@ def compute_sensitivities(
     report
         Progress.
     map_over
-        `map`, or that of an executor.
+        `map`, or one over processes.
     """
     at_level = [family for family in families if family.level == level]
     compute = partial(_compute_peaks_and_forces, make, at_level, frequency, level)

@@ -46,5 +46,7 @@ def test_a_format_without_a_dot_in_its_suffix_is_refused(tmp_path: Path) -> None
     (tmp_path / "bad.py").write_text(
         FILE.read_text().replace('(".bench",)', '("bench",)').replace('"bench"', '"b2"', 1)
     )
-    with pytest.raises(RegistryError, match=r"bad\.py, line \d+: .*(with their dot|already registered)"):
+    with pytest.raises(
+        RegistryError, match=r"bad\.py, line \d+: .*(give lower-case ones with their dot|is already registered)"
+    ):
         MEASURED_FILES.load(tmp_path / "bad.py")

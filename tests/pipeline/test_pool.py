@@ -1,17 +1,21 @@
 """Short stages in a pool: results in order, nothing computed twice, progress of what is computed."""
 
 import importlib
+import os
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
 
 from geometry.errors import ComputationFailed, InputError
+from geometry.registry import loaded_files, module_name
 from pipeline.parallel import Task, process_pool
-from pipeline.pool import run_pooled
+from pipeline.pool import make_map, run_pooled
 from pipeline.progress import Report, SilentProgress
 from pipeline.store import Stage, Store
 
@@ -81,6 +85,28 @@ def test_an_error_of_a_stage_and_a_killed_process_end_the_work(square: Stage[...
         run_pooled(tasks(square, tmp_path, [2, 13]), 2, Store(None), SilentProgress(), "work", 2)
     with pytest.raises(ComputationFailed, match="killed"):
         run_pooled(tasks(square, tmp_path, [2, 99]), 2, Store(None), SilentProgress(), "work", 2)
+
+
+def count_plugins(_: int) -> int:
+    return len(loaded_files())
+
+
+def kill_itself(_: int) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_map_over_processes_has_the_files_of_this_process_and_explains_a_killed_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "own_law.py"
+    file.write_text("")
+    # This entry is taken back: a later pool of this process would miss the file.
+    monkeypatch.setitem(sys.modules, module_name(file), ModuleType("own_law"))
+    with process_pool([], 2) as executor:
+        map_over = make_map(executor)
+        assert list(map_over(count_plugins, range(3))) == [len(loaded_files())] * 3
+        with pytest.raises(ComputationFailed, match="killed"):
+            list(map_over(kill_itself, range(2)))
 
 
 def test_a_pool_whose_processes_cannot_begin_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:

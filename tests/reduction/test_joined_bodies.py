@@ -260,7 +260,9 @@ def test_what_joins_and_how_it_rests_cannot_be_written(stack: Stack, both: Joine
 
 def test_bodies_that_nothing_supports_are_named(stack: Stack) -> None:
     loose = ReducedAssembly(bodies={**stack.assembly.bodies, "wedge": stack.assembly.bodies["block"]})
-    with pytest.raises(JointError, match=r"^wedge is not supported: give it a support, or contact with a body"):
+    with pytest.raises(
+        JointError, match=r"^wedge is not supported: give it a support, or contact with a body that has one"
+    ):
         join_bodies(loose, [pair("front"), pair("back")])
     floating = ReducedAssembly(bodies={body: stack.floating if body == "plate" else rom
                                        for body, rom in stack.assembly.bodies.items()})  # fmt: skip

@@ -109,7 +109,8 @@ def test_a_factor_that_is_no_accepted_parameter_is_refused(tmp_path: Path) -> No
     case.write_text(case.read_text().replace('mu = "10 %"', "mu = 0"), encoding="utf-8")
     with pytest.raises(
         CaseError,
-        match=r"calibrated.mu = 1.1: mu is in \[calibrated\], but is not a calibration parameter of this case",
+        match=r"calibrated.mu = 1.1: mu is in \[calibrated\], but is not a calibration parameter of this case: "
+        "remove it",
     ):
         read_case(case)
 

@@ -114,7 +114,11 @@ def stickslip(environment: dict[str, str], *words: str) -> "subprocess.Completed
         (["trial", "fine", "--jsn"], 2, "Did you mean --json"),
         (["trail"], 2, 'Did you mean "trial"'),
         (["--vers"], 2, "stickslip --help"),
-        (["cache", "--cache", "/dev/null/x"], 2, "name another folder with --cache"),
+        (
+            ["cache", "--cache", "/dev/null/x"],
+            2,
+            "cannot write to the cache /dev/null/x: name another folder with --cache",
+        ),
     ],
 )
 def test_every_end_has_its_exit_code_and_its_sentence(

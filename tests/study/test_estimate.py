@@ -147,7 +147,9 @@ def test_factors_on_the_case_are_those_of_the_specimen(folder: Path, capfdbinary
     assert loop["mu"]["factor"] == pytest.approx(MORE_MU, rel=0.01)
     low, high = loop["kt"]["interval"]  # type: ignore[misc]
     assert low <= MORE_KT * KT <= high
-    by_frequency = next(item for item in estimates if item["parameter"] == "kt" and "compared" in str(item["source"]))
+    by_frequency = next(
+        item for item in estimates if item["parameter"] == "kt" and "compared with" in str(item["source"])
+    )
     assert by_frequency["factor"] == pytest.approx(MORE_KT, rel=0.01)  # interpolated on 40 factors of two decades
     zeta = next(item for item in estimates if item["parameter"] == "zeta" and "jointed" in str(item["source"]))
     assert zeta["factor"] == pytest.approx(MORE_DAMPING, rel=0.01)
@@ -291,7 +293,7 @@ def test_a_resonance_that_the_model_lacks_hides_no_other(
     )
     manifest.write_text(text.replace("[[mode]]", f"{bench}[[mode]]", 1), encoding="utf-8")
     estimates: list[dict[str, object]] = run(folder, capfdbinary)["estimates"]  # type: ignore[assignment]
-    result = [item for item in estimates if item["parameter"] == "kt" and "compared" in str(item["source"])]
+    result = [item for item in estimates if item["parameter"] == "kt" and "compared with" in str(item["source"])]
     assert [item["factor"] for item in result] == pytest.approx([MORE_KT], rel=0.01)
 
 

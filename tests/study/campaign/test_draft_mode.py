@@ -85,7 +85,7 @@ def test_what_is_no_mode_is_left_out_with_its_place_and_reason(tmp_path: Path) -
     assert not campaign.draft.entries["sensor"]
     told = campaign.draft.left_out
     assert len(told) == 4
-    for words in ("dataset 2, line", "frequency response", "its shape has 1", "82"):
+    for words in ("dataset 2, line", "frequency response", "needs two moving points, and its shape has 1", "82"):
         assert any(words in sentence for sentence in told), words
 
 
