@@ -23,6 +23,7 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.fit.arrangement import Arrangement, arrange_with_effect
 from diagnosis.fit.calibration import Ending, Fit
 from diagnosis.fit.comparison import Comparison
+from diagnosis.fit.fit_parameter import make_start
 from diagnosis.fit.model_error_fit import fit_from_lowest_level
 from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.fit.weighting import resize_model_error
@@ -77,12 +78,13 @@ def refit_by_own_covariance(
     """
     assert refit.effect is not None
     # First with the common covariance of all fits, that of `arrangement`; then with the own covariance.
-    common, fit = _refit(arrangement, refit.fit, by)
+    common, fit = _refit(arrangement, refit.effect, refit.fit, by)
     if arrangement.cost - common.cost <= chance:
         tested = _test_by_covariances(refit.effect, [common], [arrangement], [baseline])
         return Finalist(refit=tested, arrangement=common)
     own = arrange_with_effect(campaign, arrangement, refit.effect, fit, catalogue_of)
     own_without = own.with_refit(baseline.fit, arrangement.train)
+    own = _restart_if_missed(own, own_without, refit.effect)
     common_without = arrangement
     if min(common_without.cost - common.cost, own_without.cost - own.cost) > arrangement.selection.least_gain:
         # A fit without the effect that is not converged to its minimum would give the effect a spurious gain.
@@ -96,6 +98,19 @@ def refit_by_own_covariance(
     ]
     tested = _test_by_covariances(refit.effect, [common, own], [common_without, own_without], without)
     return Finalist(refit=tested, arrangement=own)
+
+
+def _restart_if_missed(with_effect: Arrangement, without: Arrangement, effect: Effect) -> Arrangement:
+    """The fit with an effect, started again from the fit without it if that one is more probable.
+
+    The model with the effect contains the one without: a fit with a higher cost missed the minimum.
+    """
+    if with_effect.cost <= without.cost:
+        return with_effect
+    fit = without.fit
+    start = make_start(fit.values, effect, effect.parameters[0].vanishes)
+    second = with_effect.with_refit_from([effect], start, fit.prediction, without.train)
+    return min(with_effect, second, key=attrgetter("cost"))
 
 
 def _test_by_covariances(
@@ -158,7 +173,7 @@ def refit_each_by_own_covariance(
     return result
 
 
-def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangement, Fit]:
+def _refit(arrangement: Arrangement, effect: Effect, fit: Fit, by: Comparison) -> tuple[Arrangement, Fit]:
     """Fit with an effect and its model error, and the quick fit from which it started.
 
     If contacts slip in the model at frequencies at which they stick in the test, chi^2 has several minima, and the fit
@@ -167,12 +182,13 @@ def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangem
     taken.
     """
     result, usual = arrangement.with_refit(fit, by), ErrorSize.usual(arrangement.budget.model)
-    if result.model_error_size.is_within(usual):
-        return result, fit
-    train = resize_model_error(arrangement.train, usual)
-    second = fit_from_lowest_level(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.QUICK)
-    other = arrangement.with_refit(second, train)
-    return (other, other.fit) if other.cost < result.cost else (result, fit)
+    if not result.model_error_size.is_within(usual):
+        train = resize_model_error(arrangement.train, usual)
+        second = fit_from_lowest_level(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.QUICK)
+        other = arrangement.with_refit(second, train)
+        result, fit = (other, other.fit) if other.cost < result.cost else (result, fit)
+    again = _restart_if_missed(result, arrangement, effect)
+    return (result, fit) if again is result else (again, again.fit)
 
 
 def compare(refit: Refit, without: Refit, gain: float) -> Refit:

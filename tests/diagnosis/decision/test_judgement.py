@@ -84,6 +84,28 @@ def test_an_effect_that_gains_no_more_than_chance_is_weighed_by_the_common_covar
     assert own(false, chance=alone.refit.gain - 1e-6).refit.gain == both.refit.gain
 
 
+def test_a_fit_that_is_worse_than_the_one_without_its_effect_is_started_again_from_there(
+    campaign: Any, small: Model, arrangement: Arrangement, scores: list[Score], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A model with an effect contains the one without, so that no minimum with it is worse."""
+    own = partial(
+        refit_by_own_covariance, campaign, arrangement, make_baseline_refit(arrangement),
+        partial(list_campaign_effects, campaign), arrangement.train,
+    )  # fmt: skip
+    (score,) = [item for item in scores if item.effect.name == TRUE]
+    true, find = refit(arrangement, score), finalist.arrange_with_effect
+    usual = own(true).refit
+
+    def miss(*given: Any) -> Arrangement:
+        right = find(*given)
+        return right.with_fit(right.train, replace(right.fit, chi2=right.fit.chi2 + 1e6))
+
+    monkeypatch.setattr(finalist, "arrange_with_effect", miss)
+    again = own(true).refit
+    assert again.gain == pytest.approx(usual.gain, abs=1.0)  # both stop within a fall of chi^2 of 1
+    assert again.strength == pytest.approx(usual.strength, abs=usual.deviation)
+
+
 def test_a_finalist_has_the_covariance_of_an_arrangement_that_has_its_effect(
     campaign: Any, small: Model, free: tuple[CalibrationParameter, ...], arrangement: Arrangement,
     finalists: list[Finalist],
