@@ -264,7 +264,9 @@ def _minimise(
         enough = search.enough(here.chi2)
         there = _try_values(comparison, unknowns, trial, here) if expected >= enough else here
         gained = _compute_gain(comparison, here, there)
-        if gained < enough and not fresh and ending is not Ending.QUICK:
+        # An updated Jacobian may mislead a step; and the minimum is where a computed one shows no further gain.
+        failed = expected >= enough and gained <= 0
+        if not fresh and (failed or (gained < enough and ending is not Ending.QUICK)):
             jacobian, fresh = _compute_jacobian(comparison, unknowns, here), True
             continue
         if expected < enough:

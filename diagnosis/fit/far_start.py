@@ -18,7 +18,7 @@ from diagnosis.fit.refit import MAX_BY_SLIP, acts_by_slip_alone
 def list_far_starts(problem: FitProblem, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
     """Fitted values with far strengths of the first few effects that are factors on joints, or act through slip alone.
 
-    Of the two far strengths on either side, the one with the lower chi^2 is taken.
+    There are two starts on either side: the nearest far strength, and of the others the one with the lower chi^2.
     """
     fit, model = problem.fit, problem.fit.model
     far = [
@@ -29,7 +29,8 @@ def list_far_starts(problem: FitProblem, effects: Sequence[Effect]) -> list[tupl
     return [
         (effect, choose_start(problem, effect, fit.values, strengths, fit.prediction))
         for effect in far[:MAX_BY_SLIP]
-        for strengths in list_far_strengths(effect.parameters[0])
+        for nearest, *others in list_far_strengths(effect.parameters[0])
+        for strengths in ([nearest], others)
     ]
 
 

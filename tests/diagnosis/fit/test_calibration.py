@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.calibration import MIN_GAIN, Ending, Fit, calibrate, recalibrate
+from diagnosis.fit.calibration import MIN_GAIN, Ending, Fit, Search, calibrate, recalibrate
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.fit_parameter import Unknowns
@@ -169,6 +169,37 @@ def test_chi2_falls_from_step_to_step(arranged: Arrangement) -> None:
     # From where it has ended, there is nothing to gain.
     again = calibrate(arranged.train, unknowns, fit.values, fit.prediction)
     assert again.chi2 == pytest.approx(fit.chi2, abs=0.1)
+
+
+class Valley:
+    """Residuals of Rosenbrock's function: a curved valley in which an updated Jacobian soon misleads."""
+
+    search = Search(gain=1e-6)
+
+    def predict(self, model: Any, _nearby: Any = None, _starts: Any = None) -> Any:
+        return model
+
+    def residual(self, prediction: Any) -> Any:
+        x, y = prediction
+        return np.array([10 * (y - x**2), 1 - x])
+
+    def has_prediction(self, _prediction: Any) -> Any:
+        return np.ones(2, dtype=bool)
+
+    def slopes(self, _unknowns: Any, values: Any, _model: Any, _prediction: Any, _first: int = 0) -> Any:
+        return np.array([[20 * values[0], -10], [1, 0]])
+
+    def covariance(self, _residual: Any, _jacobian: Any, _size: Any) -> Any:
+        return np.eye(2)
+
+
+def test_a_step_that_an_updated_jacobian_misleads_does_not_end_a_quick_fit() -> None:
+    free: Any = SimpleNamespace(
+        n_start=0, size=np.ones(2), bounds=[(-5.0, 5.0)] * 2, prior=np.full(2, np.inf), vanishing=np.zeros(2),
+        prior_residuals=lambda _: np.zeros(2), clipped=lambda it: it, compose=lambda it: it, limited=lambda it: it,
+    )  # fmt: skip
+    fit = calibrate(Valley(), free, np.array([-2.0, -2.0]), ending=Ending.QUICK)
+    np.testing.assert_allclose(fit.values, 1.0, atol=1e-3)  # the next step gains less than 1e-6
 
 
 def test_a_prior_alone_holds_what_the_data_do_not_tell(arranged: Arrangement, small: Model) -> None:

@@ -13,18 +13,19 @@ from diagnosis.fit.far_start import list_far_starts
 from diagnosis.fit.refit import MAX_BY_SLIP
 
 
-def test_far_strengths_of_a_ratio_are_halfway_in_logarithms() -> None:
-    ratio = EffectParameter(name="ratio", unit="-", lower=0.25, upper=9.0, typical=1.1, vanishes=1.0)
-    np.testing.assert_allclose(list_far_strengths(ratio), [[0.5, 0.25], [3.0, 9.0]], rtol=1e-15)  # rounding of roots
+def test_far_strengths_of_a_ratio_are_shares_of_the_way_to_the_bounds_in_logarithms() -> None:
+    ratio = EffectParameter(name="ratio", unit="-", lower=0.0625, upper=81.0, typical=1.1, vanishes=1.0)
+    # up to the rounding of roots
+    np.testing.assert_allclose(list_far_strengths(ratio), [[0.5, 0.25, 0.0625], [3.0, 9.0, 81.0]], rtol=1e-15)
 
 
-def test_far_strengths_of_what_vanishes_at_zero_are_halfway() -> None:
+def test_far_strengths_of_what_vanishes_at_zero_are_shares_of_the_bounds() -> None:
     gap = EffectParameter(name="gap", unit="m", lower=-2.0, upper=4.0, typical=0.1)
-    np.testing.assert_array_equal(list_far_strengths(gap), [[-1.0, -2.0], [2.0, 4.0]])
+    np.testing.assert_array_equal(list_far_strengths(gap), [[-0.5, -1.0, -2.0], [1.0, 2.0, 4.0]])
 
 
-def test_far_strengths_of_what_vanishes_elsewhere_than_at_zero_are_halfway_from_there() -> None:
-    np.testing.assert_array_equal(list_far_strengths(WARMTH), [[-2.0, -5.0], [3.0, 5.0]])
+def test_far_strengths_of_what_vanishes_elsewhere_than_at_zero_begin_there() -> None:
+    np.testing.assert_array_equal(list_far_strengths(WARMTH), [[-0.5, -2.0, -5.0], [2.0, 3.0, 5.0]])
 
 
 RATIO = EffectParameter(name="ratio", unit="-", lower=0.25, upper=4.0, typical=1.1, vanishes=1.0)
@@ -54,7 +55,7 @@ def test_ratios_of_joints_and_effects_through_stick_and_slip_start_far(
     effects: Any = [effect] * (MAX_BY_SLIP + 1)
     model = SimpleNamespace(system=SimpleNamespace(joints=["joint"]))
     starts = list_far_starts(problem_of(model), effects)
-    assert len(starts) == (2 * MAX_BY_SLIP if is_far else 0)
+    assert len(starts) == (4 * MAX_BY_SLIP if is_far else 0)
     for item, values in starts:
         assert item in effects
         np.testing.assert_array_equal(values[:2], FITTED)
@@ -65,9 +66,11 @@ def problem_of(model: Any) -> Any:
     return SimpleNamespace(fit=fit, train=None, unknowns=lambda effects: effects)
 
 
-def test_to_either_side_the_fit_starts_from_the_strength_of_the_lesser_chi2(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_to_either_side_fits_start_from_the_nearest_strength_and_the_best_other_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     model = SimpleNamespace(system=SimpleNamespace(joints=["joint"]))
     far: Any = SimpleNamespace(kind="shift", parameters=(WARMTH,), apply=lambda *_: model)
-    # The bound is better below, halfway above.
+    # The bound is better than halfway below, halfway above.
     monkeypatch.setattr(far_start, "compute_chi2", lambda _train, _unknowns, values, _near: abs(values[-1] + 4.5))
-    assert [values[-1] for _, values in list_far_starts(problem_of(model), [far])] == [-5.0, 3.0]
+    assert [values[-1] for _, values in list_far_starts(problem_of(model), [far])] == [-0.5, -5.0, 2.0, 3.0]
