@@ -144,6 +144,8 @@ class Predictor:
         these have the same.
     tolerance
         Residual relative to the linear motion, up to which `vary` solves [-].
+    is_complete
+        Whether a missing state is an error, with which a prediction ends at once.
     """
 
     points: Points
@@ -151,6 +153,7 @@ class Predictor:
     sweeps: tuple[int, ...] = ()
     shared: Mapping[bool, ModelSolver] = field(default_factory=dict)
     tolerance: float = TOLERANCE
+    is_complete: bool = False
 
     @on_one_blas_thread
     def predict(self, model: Model, before: Prediction | None = None) -> Prediction:
@@ -163,6 +166,11 @@ class Predictor:
         before
             Prediction for a model nearby, whose states are near. A wide step that was followed for it is not followed
             again where its ends are near.
+
+        Raises
+        ------
+        ModelError
+            A state is missing, with `is_complete`.
         """
         states: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
         by_sweep, jumps = self._empty(), list[SweepJump]()
@@ -255,6 +263,7 @@ class Predictor:
                     tolerance,
                     carried=bool(self.sweeps),
                     from_guess=from_guess or not swept,
+                    is_complete=self.is_complete,
                 )
                 yield _LevelStates(
                     solver, free, level, frequencies, [number for number, _ in order],

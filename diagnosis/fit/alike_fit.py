@@ -88,4 +88,4 @@ def _start_like(problem: FitProblem, score: Score, best: Score, fit: Fit) -> Val
     share = (fit.values[n_fitted] - other.vanishes) / (other.typical - other.vanishes) * best.size / score.size
     equal = own.vanishes + share * np.sign(score.direction @ best.direction) * (own.typical - own.vanishes)
     strengths = [float(np.clip(equal, own.lower, own.upper)), *list_far_strengths(own).ravel()]
-    return choose_start(problem, score.effect, fit.values[:n_fitted], strengths, fit.prediction)
+    return choose_start(problem, score.effect, fit.values[:n_fitted], strengths, fit.prediction).values

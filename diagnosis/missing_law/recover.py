@@ -238,7 +238,9 @@ class _Recovery:
         model = self.arrangement.unknowns([]).compose(values)
         own = list_law_joints(f"law at {law.name}", law.row, law.basis, mean)
         model = model.with_system(joints=[*model.system.joints, *own])
-        predictor = Predictor(points=self.arrangement.train.features.points)
+        # If the model without a law has all states, the first one that is missing with it decides.
+        has_all = bool((self.table.number >= 0).all())
+        predictor = Predictor(points=self.arrangement.train.features.points, is_complete=has_all)
         guesses = {key: _with_directions(state, own) for key, state in states.items()}
         nearby = Prediction(points=predictor.points, value=np.zeros(0, dtype=complex), states=guesses)
         try:

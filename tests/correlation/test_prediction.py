@@ -7,12 +7,14 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from correlation import model_solver
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
-from correlation.model_solver import Tangent
+from correlation.model_solver import ModelSolver, Tangent
 from correlation.prediction import Prediction, Predictor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
+from hbsolve.errors import ModelError
 from hbsolve.model_rates import MatrixParameter, ModelParameter
 from hbsolve.steady_state import steady_state
 
@@ -207,6 +209,17 @@ def test_a_steady_state_that_is_not_found_is_no_number(small: Model, paper: Modu
     lost = Prediction(points=points, value=np.full(len(points), np.nan, dtype=complex), states={})
     tangent = Tangent(jointed=ADDED, free=ADDED, gain={})
     assert np.isnan(Predictor(points=points).derivatives(small, lost, [tangent])).all()
+
+
+def test_a_missing_state_ends_a_prediction_that_must_be_complete(
+    small: Model, paper: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = paper.make_points(small)
+    monkeypatch.setattr(model_solver, "follow", lambda number, *_: number)  # Newton's method fails at each state
+    monkeypatch.setattr(ModelSolver, "solve", lambda *_: None)
+    assert np.isnan(Predictor(points=points).predict(small).value[~points.free]).all()
+    with pytest.raises(ModelError, match=r"no steady state at [\d.]+ N and [\d.]+ Hz"):
+        Predictor(points=points, is_complete=True).predict(small)
 
 
 @pytest.mark.parametrize("sweeps", [(), (1, -1)])

@@ -36,33 +36,35 @@ ADDED = EffectParameter(name="added", unit="kg", lower=0.0, upper=4.0, typical=0
 
 
 @pytest.mark.parametrize(
-    ("kind", "parameter", "joints", "is_far"),
+    ("kind", "parameter", "joints", "n_start"),
     [
-        ("friction coefficient", RATIO, ["other"], True),
-        ("tangential stiffness", RATIO, ["other"], True),
-        ("shift", ADDED, ["joint"], True),  # acts through stick and slip alone
-        ("mass", ADDED, ["joint"], False),
-        ("warm clamp", WARMTH, ["other"], False),
-        ("gain", RATIO, ["joint"], False),  # its derivative tells all
+        ("friction coefficient", RATIO, ["other"], 4),
+        ("tangential stiffness", RATIO, ["other"], 4),
+        ("shift", ADDED, ["joint"], 2),  # acts through stick and slip alone; its lower bound is the neutral value
+        ("mass", ADDED, ["joint"], 0),
+        ("warm clamp", WARMTH, ["other"], 0),
+        ("gain", RATIO, ["joint"], 0),  # its derivative tells all
     ],
 )
 def test_ratios_of_joints_and_effects_through_stick_and_slip_start_far(
-    kind: str, parameter: EffectParameter, joints: list[str], is_far: bool, monkeypatch: pytest.MonkeyPatch
+    kind: str, parameter: EffectParameter, joints: list[str], n_start: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(far_start, "compute_chi2", lambda *_: 0.0)
+    monkeypatch.setattr(
+        far_start, "compute_chi2", lambda _train, _unknowns, values, _near: 100 + abs(values[-1] - parameter.vanishes)
+    )
     changed = SimpleNamespace(system=SimpleNamespace(joints=joints))
     effect = SimpleNamespace(kind=kind, parameters=(parameter,), apply=lambda *_: changed)
     effects: Any = [effect] * (MAX_BY_SLIP + 1)
     model = SimpleNamespace(system=SimpleNamespace(joints=["joint"]))
     starts = list_far_starts(problem_of(model), effects)
-    assert len(starts) == (4 * MAX_BY_SLIP if is_far else 0)
+    assert len(starts) == n_start * MAX_BY_SLIP
     for item, values in starts:
         assert item in effects
         np.testing.assert_array_equal(values[:2], FITTED)
 
 
 def problem_of(model: Any) -> Any:
-    fit = SimpleNamespace(values=FITTED, model=model, prediction=None)
+    fit = SimpleNamespace(values=FITTED, model=model, prediction=None, chi2=100.0)
     return SimpleNamespace(fit=fit, train=None, unknowns=lambda effects: effects)
 
 
@@ -74,3 +76,11 @@ def test_to_either_side_fits_start_from_the_nearest_strength_and_the_best_other_
     # The bound is better than halfway below, halfway above.
     monkeypatch.setattr(far_start, "compute_chi2", lambda _train, _unknowns, values, _near: abs(values[-1] + 4.5))
     assert [values[-1] for _, values in list_far_starts(problem_of(model), [far])] == [-0.5, -5.0, 2.0, 3.0]
+
+
+def test_starts_that_change_nothing_or_are_hopeless_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = SimpleNamespace(system=SimpleNamespace(joints=["joint"]))
+    far: Any = SimpleNamespace(kind="shift", parameters=(WARMTH,), apply=lambda *_: model)
+    chi2 = {-0.5: 100.0, -2.0: 1e7, -5.0: np.inf, 2.0: 101.0, 3.0: 101.0, 5.0: 1e9}
+    monkeypatch.setattr(far_start, "compute_chi2", lambda _train, _unknowns, values, _near: chi2[values[-1]])
+    assert [values[-1] for _, values in list_far_starts(problem_of(model), [far])] == [2.0]
