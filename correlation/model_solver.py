@@ -15,7 +15,7 @@ from correlation.model import DERIVATIVE, LoadCell, Model, Sensor
 from hbsolve.aft import JointForces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
-from hbsolve.errors import ModelError, NoSteadyState
+from hbsolve.errors import NoSteadyState
 from hbsolve.joint_law.registry import FORCE, PARAMETERS
 from hbsolve.model_rates import ModelParameter, ModelRates
 from hbsolve.sampling import complex_from_real, real_from_complex
@@ -191,7 +191,7 @@ class ModelSolver:
         *,
         carried: bool,
         from_guess: bool,
-        is_complete: bool = False,
+        needs_all: bool = False,
     ) -> Track:
         """The steady states at one level, one after another.
 
@@ -209,13 +209,13 @@ class ModelSolver:
             Whether each begins with the final sliders of the one before.
         from_guess
             Whether each starts from its guess, and not from the one before.
-        is_complete
-            Whether a missing state is an error.
+        needs_all
+            Whether the first state that is not found ends the search.
 
         Raises
         ------
-        ModelError
-            A state is missing, with `is_complete`.
+        NoSteadyState
+            A state is not found, with `needs_all`.
         """
         balance, linear = self._at_level(level), self.linear.stacked(tuple(sorted(set(frequencies))))
         indices = {frequency: index for index, frequency in enumerate(sorted(set(frequencies)))}
@@ -247,8 +247,8 @@ class ModelSolver:
                 slider = self._solve_one_state(
                     level, frequencies[number], guesses[number], number, track, slider, carried
                 )
-                if is_complete and not np.isfinite(track.norm[number]):
-                    raise ModelError(f"there is no steady state at {level:.4g} N and {frequencies[number]:.6g} Hz")
+                if needs_all and not np.isfinite(track.norm[number]):
+                    raise NoSteadyState(f"no steady state at {level:.4g} N and {frequencies[number]:.6g} Hz")
                 number += 1
         return track
 

@@ -144,8 +144,8 @@ class Predictor:
         these have the same.
     tolerance
         Residual relative to the linear motion, up to which `vary` solves [-].
-    is_complete
-        Whether a missing state is an error, with which a prediction ends at once.
+    needs_all
+        Whether the first state that is not found ends a prediction.
     """
 
     points: Points
@@ -153,7 +153,7 @@ class Predictor:
     sweeps: tuple[int, ...] = ()
     shared: Mapping[bool, ModelSolver] = field(default_factory=dict)
     tolerance: float = TOLERANCE
-    is_complete: bool = False
+    needs_all: bool = False
 
     @on_one_blas_thread
     def predict(self, model: Model, before: Prediction | None = None) -> Prediction:
@@ -169,8 +169,8 @@ class Predictor:
 
         Raises
         ------
-        ModelError
-            A state is missing, with `is_complete`.
+        NoSteadyState
+            A state is not found, with `needs_all`.
         """
         states: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
         by_sweep, jumps = self._empty(), list[SweepJump]()
@@ -198,6 +198,11 @@ class Predictor:
         ----------
         model, before
             Model with the change, and a prediction without it.
+
+        Raises
+        ------
+        NoSteadyState
+            As for `predict`.
         """
         by_sweep = self._empty()
         for one in self._solve_levels(model, before, self.tolerance, from_guess=True):
@@ -263,7 +268,7 @@ class Predictor:
                     tolerance,
                     carried=bool(self.sweeps),
                     from_guess=from_guess or not swept,
-                    is_complete=self.is_complete,
+                    needs_all=self.needs_all,
                 )
                 yield _LevelStates(
                     solver, free, level, frequencies, [number for number, _ in order],

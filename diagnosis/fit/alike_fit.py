@@ -11,9 +11,8 @@ import numpy as np
 
 from diagnosis.candidate.effect import Effect
 from diagnosis.candidate.far_strength import list_far_strengths
-from diagnosis.fit.calibration import Fit
-from diagnosis.fit.far_start import choose_start
-from diagnosis.fit.fit_parameter import Values
+from diagnosis.fit.calibration import Fit, compute_chi2
+from diagnosis.fit.fit_parameter import Values, make_start
 from diagnosis.fit.problem import FitProblem
 from diagnosis.fit.refit import fit_from_starts
 from diagnosis.screening import Score
@@ -88,4 +87,6 @@ def _start_like(problem: FitProblem, score: Score, best: Score, fit: Fit) -> Val
     share = (fit.values[n_fitted] - other.vanishes) / (other.typical - other.vanishes) * best.size / score.size
     equal = own.vanishes + share * np.sign(score.direction @ best.direction) * (own.typical - own.vanishes)
     strengths = [float(np.clip(equal, own.lower, own.upper)), *list_far_strengths(own).ravel()]
-    return choose_start(problem, score.effect, fit.values[:n_fitted], strengths, fit.prediction).values
+    unknowns = problem.unknowns([score.effect])
+    starts = [make_start(fit.values[:n_fitted], score.effect, strength) for strength in strengths]
+    return min(starts, key=lambda start: compute_chi2(problem.train, unknowns, start, fit.prediction))

@@ -31,8 +31,8 @@ Matrix = Float[NDArray[np.float64], "m p"]
 #: Gain of chi^2 that matters (1 is a standard deviation).
 MIN_GAIN = 0.3
 #: Marquardt's factor: initial value, decrease after a success, increase after a failure, and least value before an
-#: increase (smaller values do not change a step). In 566 fits to six rigs these need 19 % fewer predictions than 8 and
-#: 1e-4, and reach the same chi^2.
+#: increase (smaller values do not change a step). In 566 fits to six rigs these needed 19 % fewer predictions than 8
+#: and 1e-4, and reached the same chi^2; a failed step did not compute the Jacobian again then.
 FIRST_DAMPING, LESS, MORE, LEAST_DAMPING = 1e-3, 0.1, 30.0, 1e-3
 #: Steps after which a fit above its ceiling is abandoned: chi^2 falls within few of Marquardt's steps or not at all.
 STEPS_TO_FALL = 6
@@ -52,7 +52,8 @@ class Search:
     Parameters
     ----------
     steps, failures
-        Largest numbers of steps, and of failed steps in a row [-].
+        Largest numbers of steps, and of failed steps in a row; those that fail with an updated Jacobian do not count
+        [-].
     gain, share
         A fit ends if the expected gain of a step is below this gain plus this share of chi^2 [-].
     updated
@@ -254,23 +255,25 @@ def _minimise(
     ceiling: float,
 ) -> Fit:
     """Levenberg-Marquardt iteration; parameters as for `calibrate`."""
-    size, damping, failures, search = unknowns.size, FIRST_DAMPING, 0, comparison.search
+    size, damping, steps, failures, search = unknowns.size, FIRST_DAMPING, 0, 0, comparison.search
     jacobian = _compute_jacobian(comparison, unknowns, here) if slopes is None else slopes
     fresh = slopes is None
-    for number in range(search.steps):
-        if number >= STEPS_TO_FALL and here.chi2 > ceiling:
+    while steps < search.steps:
+        if steps >= STEPS_TO_FALL and here.chi2 > ceiling:
             break
         trial, expected = _step(unknowns, here, jacobian, damping)
         enough = search.enough(here.chi2)
         there = _try_values(comparison, unknowns, trial, here) if expected >= enough else here
         gained = _compute_gain(comparison, here, there)
-        # An updated Jacobian may mislead a step; and the minimum is where a computed one shows no further gain.
+        # A step may fail because its Jacobian was given or updated: a computed one is tried before a shorter step. A
+        # minimum is confirmed by a computed one as well.
         failed = expected >= enough and gained <= 0
         if not fresh and (failed or (gained < enough and ending is not Ending.QUICK)):
             jacobian, fresh = _compute_jacobian(comparison, unknowns, here), True
             continue
         if expected < enough:
             break
+        steps += 1
         if gained > 0:
             agreed = search.updated and gained > MIN_AGREEMENT * expected
             jacobian = (

@@ -21,7 +21,7 @@ from correlation.noise.error_size import ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.arrangement import Arrangement, arrange_with_effect
-from diagnosis.fit.calibration import Ending, Fit
+from diagnosis.fit.calibration import MIN_GAIN, Ending, Fit
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.fit_parameter import make_start
 from diagnosis.fit.model_error_fit import fit_from_lowest_level
@@ -103,9 +103,10 @@ def refit_by_own_covariance(
 def _restart_if_missed(with_effect: Arrangement, without: Arrangement, effect: Effect) -> Arrangement:
     """The fit with an effect, started again from the fit without it if that one is more probable.
 
-    The model with the effect contains the one without: a fit with a higher cost missed the minimum.
+    The model with the effect contains the one without: a fit with a higher cost missed the minimum. If the derivative
+    by the effect is zero there, the result is the fit without it, at the neutral strength.
     """
-    if with_effect.cost <= without.cost:
+    if with_effect.cost <= without.cost + MIN_GAIN:
         return with_effect
     fit = without.fit
     start = make_start(fit.values, effect, effect.parameters[0].vanishes)
@@ -174,12 +175,12 @@ def refit_each_by_own_covariance(
 
 
 def _refit(arrangement: Arrangement, effect: Effect, fit: Fit, by: Comparison) -> tuple[Arrangement, Fit]:
-    """Fit with an effect and its model error, and the quick fit from which it started.
+    """Fit with an effect and its model error, and the fit from which it started.
 
     If contacts slip in the model at frequencies at which they stick in the test, chi^2 has several minima, and the fit
     without the effect may have moved the calibration parameters to the wrong one. The model error is then unusually
     large. A second fit starts with the lowest level alone, where the model is almost linear; the more probable fit is
-    taken.
+    taken. If even that is worse than the fit without the effect, it starts again from there.
     """
     result, usual = arrangement.with_refit(fit, by), ErrorSize.usual(arrangement.budget.model)
     if not result.model_error_size.is_within(usual):

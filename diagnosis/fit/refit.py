@@ -11,7 +11,7 @@ import numpy as np
 from correlation.prediction import Prediction
 from diagnosis.candidate.effect import Effect
 from diagnosis.effect import find_kind
-from diagnosis.fit.calibration import Ending, Fit, Matrix, calibrate, recalibrate
+from diagnosis.fit.calibration import MIN_GAIN, Ending, Fit, Matrix, calibrate, recalibrate
 from diagnosis.fit.fit_parameter import Values, make_start
 from diagnosis.fit.problem import EffectSelection, FitProblem, Refit
 from diagnosis.screening import Score
@@ -71,7 +71,8 @@ def fit_quickly(problem: FitProblem, score: Score) -> Fit:
 
     The slopes of the screening are those without the effect. If they mislead the fit, a fit with the slopes at its
     start is tried first. If chi^2 may have a minimum on either side of the neutral strength, the derivative may point
-    to the wrong one; such effects are fitted from the other side as well.
+    to the wrong one; such effects are fitted from the other side as well. A fit that ends above the one without the
+    effect starts again from there.
     """
     effect, baseline = score.effect, problem.fit
     begin = partial(fit_from, problem, effect, ceiling=MAX_CHI2_RATIO * baseline.chi2)
@@ -83,6 +84,8 @@ def fit_quickly(problem: FitProblem, score: Score) -> Fit:
     kind = find_kind(effect)
     if kind is not None and kind.has_two_sides:
         fits.append(begin(_make_typical_start(problem, score, side=-1.0)))
+    if min(fit.chi2 for fit in fits) > baseline.chi2 + MIN_GAIN:
+        fits.append(begin(make_start(baseline.values, effect, effect.parameters[0].vanishes)))
     return min(fits, key=lambda fit: fit.chi2)
 
 

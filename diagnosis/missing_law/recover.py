@@ -40,7 +40,7 @@ from diagnosis.missing_law.loaded_states import Response, StateTable, compute_lo
 from diagnosis.missing_law.place_law import MissingLaw, Motion, PlaceLaw, Row, rank_laws
 from diagnosis.missing_law.place_motion import find_motion
 from diagnosis.screening import make_basis, project_out
-from hbsolve.errors import ModelError
+from hbsolve.errors import ModelError, NoSteadyState
 from hbsolve.state import SteadyState
 from reduction.jointed_system import Joint
 
@@ -238,14 +238,14 @@ class _Recovery:
         model = self.arrangement.unknowns([]).compose(values)
         own = list_law_joints(f"law at {law.name}", law.row, law.basis, mean)
         model = model.with_system(joints=[*model.system.joints, *own])
-        # If the model without a law has all states, the first one that is missing with it decides.
+        # If the model without the law has a state at every point, a law without one is rejected at once.
         has_all = bool((self.table.number >= 0).all())
-        predictor = Predictor(points=self.arrangement.train.features.points, is_complete=has_all)
+        predictor = Predictor(points=self.arrangement.train.features.points, needs_all=has_all)
         guesses = {key: _with_directions(state, own) for key, state in states.items()}
         nearby = Prediction(points=predictor.points, value=np.zeros(0, dtype=complex), states=guesses)
         try:
             prediction = predictor.predict(model, nearby)
-        except ModelError:
+        except (ModelError, NoSteadyState):
             return None
         if any(key not in prediction.states for key in self.table.keys):
             return None

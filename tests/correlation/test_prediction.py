@@ -14,7 +14,7 @@ from correlation.model_solver import ModelSolver, Tangent
 from correlation.prediction import Prediction, Predictor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
-from hbsolve.errors import ModelError
+from hbsolve.errors import NoSteadyState
 from hbsolve.model_rates import MatrixParameter, ModelParameter
 from hbsolve.steady_state import steady_state
 
@@ -211,15 +211,15 @@ def test_a_steady_state_that_is_not_found_is_no_number(small: Model, paper: Modu
     assert np.isnan(Predictor(points=points).derivatives(small, lost, [tangent])).all()
 
 
-def test_a_missing_state_ends_a_prediction_that_must_be_complete(
+def test_a_missing_state_ends_a_prediction_that_needs_all(
     small: Model, paper: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     points = paper.make_points(small)
     monkeypatch.setattr(model_solver, "follow", lambda number, *_: number)  # Newton's method fails at each state
     monkeypatch.setattr(ModelSolver, "solve", lambda *_: None)
     assert np.isnan(Predictor(points=points).predict(small).value[~points.free]).all()
-    with pytest.raises(ModelError, match=r"no steady state at [\d.]+ N and [\d.]+ Hz"):
-        Predictor(points=points, is_complete=True).predict(small)
+    with pytest.raises(NoSteadyState, match=r"no steady state at [\d.]+ N and [\d.]+ Hz"):
+        Predictor(points=points, needs_all=True).predict(small)
 
 
 @pytest.mark.parametrize("sweeps", [(), (1, -1)])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from diagnosis.candidate.effect import EffectParameter
-from diagnosis.fit import far_start
+from diagnosis.fit import alike_fit
 from diagnosis.fit.alike_fit import fit_alike, list_starts_alike
 from diagnosis.fit.problem import EffectSelection
 from diagnosis.screening import Score
@@ -43,7 +43,7 @@ def fit(chi2: float, strength: float = 0.6) -> Any:
 @pytest.fixture
 def problem(monkeypatch: pytest.MonkeyPatch) -> Any:
     # The nearer the strength is to 0.65, the better.
-    monkeypatch.setattr(far_start, "compute_chi2", lambda _train, _unknowns, begin, _nearby: abs(begin[2] - 0.65))
+    monkeypatch.setattr(alike_fit, "compute_chi2", lambda _train, _unknowns, begin, _nearby: abs(begin[2] - 0.65))
     first = SimpleNamespace(values=FITTED, chi2=BEFORE)
     return SimpleNamespace(fit=first, train=None, selection=SELECTION, unknowns=lambda effects: effects)
 

@@ -174,20 +174,20 @@ def test_chi2_falls_from_step_to_step(arranged: Arrangement) -> None:
 class Valley:
     """Residuals of Rosenbrock's function: a curved valley in which an updated Jacobian soon misleads."""
 
-    search = Search(gain=1e-6)
+    search = Search(gain=1e-6, steps=200)
 
     def predict(self, model: Any, _nearby: Any = None, _starts: Any = None) -> Any:
         return model
 
     def residual(self, prediction: Any) -> Any:
         x, y = prediction
-        return np.array([10 * (y - x**2), 1 - x])
+        return np.array([30 * (y - x**2), 1 - x])
 
     def has_prediction(self, _prediction: Any) -> Any:
         return np.ones(2, dtype=bool)
 
     def slopes(self, _unknowns: Any, values: Any, _model: Any, _prediction: Any, _first: int = 0) -> Any:
-        return np.array([[20 * values[0], -10], [1, 0]])
+        return np.array([[60 * values[0], -30], [1, 0]])
 
     def covariance(self, _residual: Any, _jacobian: Any, _size: Any) -> Any:
         return np.eye(2)

@@ -81,6 +81,7 @@ def test_to_either_side_fits_start_from_the_nearest_strength_and_the_best_other_
 def test_starts_that_change_nothing_or_are_hopeless_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     model = SimpleNamespace(system=SimpleNamespace(joints=["joint"]))
     far: Any = SimpleNamespace(kind="shift", parameters=(WARMTH,), apply=lambda *_: model)
-    chi2 = {-0.5: 100.0, -2.0: 1e7, -5.0: np.inf, 2.0: 101.0, 3.0: 101.0, 5.0: 1e9}
+    # Below only the bound acts; above, all beyond the nearest strength is the same.
+    chi2 = {-0.5: 100.0, -2.0: 1e7, -5.0: 5000.0, 2.0: 101.0, 3.0: 101.0, 5.0: np.inf}
     monkeypatch.setattr(far_start, "compute_chi2", lambda _train, _unknowns, values, _near: chi2[values[-1]])
-    assert [values[-1] for _, values in list_far_starts(problem_of(model), [far])] == [2.0]
+    assert [values[-1] for _, values in list_far_starts(problem_of(model), [far])] == [-5.0, 2.0]
