@@ -56,11 +56,14 @@ def scores(campaign: Any, small: Model, arrangement: Arrangement) -> list[Score]
     return screen(arrangement, [listed.effect(name) for name in (TRUE, FALSE)])
 
 
-def weighed(campaign: Any, arrangement: Arrangement, before: Refit, refits: list[Refit]) -> list[Finalist]:
+def make_refit_of_quick_fit(campaign: Any, arrangement: Arrangement, before: Refit) -> "partial[Finalist]":
+    """Fits an effect to the end from its quick fit."""
     listed = partial(list_campaign_effects, campaign)
-    return refit_each_by_own_covariance(
-        arrangement, refits, partial(refit_by_own_covariance, campaign, arrangement, before, listed, arrangement.train)
-    )
+    return partial(refit_by_own_covariance, campaign, arrangement, before, listed, arrangement.train)
+
+
+def weighed(campaign: Any, arrangement: Arrangement, before: Refit, refits: list[Refit]) -> list[Finalist]:
+    return refit_each_by_own_covariance(arrangement, refits, make_refit_of_quick_fit(campaign, arrangement, before))
 
 
 @pytest.fixture(scope="module")
@@ -73,10 +76,7 @@ def finalists(campaign: Any, arrangement: Arrangement, scores: list[Score]) -> l
 def test_an_effect_that_gains_no_more_than_chance_is_weighed_by_the_common_covariance_alone(
     campaign: Any, small: Model, arrangement: Arrangement, scores: list[Score]
 ) -> None:
-    own = partial(
-        refit_by_own_covariance, campaign, arrangement, make_baseline_refit(arrangement),
-        partial(list_campaign_effects, campaign), arrangement.train,
-    )  # fmt: skip
+    own = make_refit_of_quick_fit(campaign, arrangement, make_baseline_refit(arrangement))
     (score,) = [item for item in scores if item.effect.name == FALSE]
     false = refit(arrangement, score)
     both, alone = own(false), own(false, chance=np.inf)
@@ -91,10 +91,7 @@ def test_a_fit_that_is_worse_than_the_one_without_its_effect_is_started_again_fr
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
     """A model with an effect contains the one without, so that no minimum with it is worse."""
-    own = partial(
-        refit_by_own_covariance, campaign, arrangement, make_baseline_refit(arrangement),
-        partial(list_campaign_effects, campaign), arrangement.train,
-    )  # fmt: skip
+    own = make_refit_of_quick_fit(campaign, arrangement, make_baseline_refit(arrangement))
     (score,) = [item for item in scores if item.effect.name == TRUE]
     true = refit(arrangement, score)
     usual = own(true).refit
