@@ -200,7 +200,7 @@ def _list_calibrated(setup: Setup, refit: Refit) -> list[tuple[CalibrationParame
 
 
 def list_strengths(setup: Setup, refit: Refit) -> list[tuple[Effect, float, float]]:
-    """Added effects and that of the refit, with strength and standard deviation."""
+    """Added effects and those of the refit, with strength and standard deviation."""
     return [(effect, *numbers[0]) for effect, numbers in _list_effects(setup, refit)]
 
 
@@ -230,8 +230,8 @@ def list_case_values(setup: Setup, refit: Refit) -> dict[str, Any]:
 
 
 def _list_effects(setup: Setup, refit: Refit) -> list[tuple[Effect, list[tuple[float, float]]]]:
-    """Added effects and that of the refit, with values and standard deviations of their parameters."""
-    effects = [item.effect for item in setup.added] + ([] if refit.effect is None else [refit.effect])
+    """Added effects and those of the refit, with values and standard deviations of their parameters."""
+    effects = [*(item.effect for item in setup.added), *filter(None, (refit.effect, refit.beside))]
     numbers = list(zip(refit.fit.values.tolist(), refit.fit.deviation.tolist(), strict=True))
     listed, first = [], len(setup.calibration_parameters)
     for effect in effects:

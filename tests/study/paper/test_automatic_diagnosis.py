@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from diagnosis.decision.verdict import Finding
+from diagnosis.effect.inclination import Inclination
 from diagnosis.effect.shift import Shift
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from study.paper.automatic_diagnosis import read_values
@@ -19,8 +20,9 @@ def calibration_parameter(name: str) -> CalibrationParameter:
     return CalibrationParameter(name=name, physics="", deviation=0.1, parameters=())
 
 
-def refit(effect: Shift | None, values: list[float], deviation: list[float]) -> Any:
-    return SimpleNamespace(effect=effect, fit=SimpleNamespace(values=np.array(values), deviation=np.array(deviation)))
+def refit(effect: Shift | None, values: list[float], deviation: list[float], beside: Inclination | None = None) -> Any:
+    fit = SimpleNamespace(values=np.array(values), deviation=np.array(deviation))
+    return SimpleNamespace(effect=effect, beside=beside, fit=fit)
 
 
 def ended(finding: Finding) -> Any:
@@ -47,6 +49,16 @@ def test_factors_scale_the_start_and_shifts_are_added_to_it() -> None:
     # 95 % of a normal distribution.
     assert result["shift_left"].upper - result["shift_left"].value == pytest.approx(1.96 * 5e-4, rel=1e-3)
     assert others == ()
+
+
+def test_a_second_effect_is_part_of_the_answer() -> None:
+    result = ended(Finding.AMBIGUOUS)
+    second = Inclination(name="inclination of left dead weight", weight="left dead weight")
+    values, deviation = [1.1, 0.9, 2e-4, -3e-3, 0.05], [0.01, 0.1, 1e-4, 5e-4, 0.01]
+    result.best = refit(result.best.effect, values, deviation, second)
+    read = {item.name: item.value for item in read_values(result, START)[0]}
+    assert read["inclination_left"] == pytest.approx(0.05)
+    assert read["shift_left"] == pytest.approx(1e-3 - 3e-3)
 
 
 def test_an_effect_that_is_not_named_is_no_part_of_the_answer() -> None:
