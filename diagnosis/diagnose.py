@@ -391,21 +391,23 @@ def _widen(
     campaign: Campaign, without_effect: Finalist, finalists: Sequence[Finalist], verdict: Verdict, run_step: RunStep
 ) -> tuple[Refit, list[Refit], Verdict]:
     """The fits without an effect and with each, and the verdict, with intervals from the parametric bootstrap."""
-    pair, n_alone = verdict.pair, 1 + len(finalists)
-    listed = [without_effect, *finalists, *([] if pair is None else [pair.second, *pair.ranked])]
+    pair, alone = verdict.pair, [without_effect, *finalists]
+    firsts, seconds = ([], []) if pair is None else (pair.ranked, [pair.second, *pair.second_alternatives])
+    listed = [*alone, *firsts, *seconds]
     # If there are two effects, the verdict refers to the fits with both.
-    first = 0 if pair is None else n_alone + 1
-    best = {item.name: item for item in listed[first:]}[(*verdict.effects, without_effect.refit)[0].name]
+    judged = slice(len(alone) if firsts else 0, len(alone) + len(firsts))
+    best = {item.name: item for item in listed[judged]}[(*verdict.effects, without_effect.refit)[0].name]
     name = f"intervals beside {best.refit.label} of {', '.join(item.refit.label for item in listed)}"
     fits = run_step(name, partial(widen_intervals, campaign, best, listed))
     if pair is not None:
-        second, one, *alternatives = (
-            replace(item, refit=fit) for item, fit in zip(listed[n_alone:], fits[n_alone:], strict=True)
+        widened = [replace(item, refit=fit) for item, fit in zip(listed, fits, strict=True)]
+        (first, *others), (second, *other_seconds) = widened[judged], widened[judged.stop :]
+        pair = replace(
+            pair, first=first, second=second, alternatives=tuple(others), second_alternatives=tuple(other_seconds)
         )
-        pair = replace(pair, second=second, first=one, alternatives=tuple(alternatives))
-    by_name = {item.name: item for item in fits[first:]}
+    by_name = {item.name: item for item in fits[judged]}
     effects = [by_name[item.name] for item in verdict.effects]
-    return fits[0], fits[1:n_alone], verdict.with_fits(fits[0], effects, pair)
+    return fits[0], fits[1 : len(alone)], verdict.with_fits(fits[0], effects, pair)
 
 
 def _begin(

@@ -56,6 +56,13 @@ def compute_probabilities(
     return np.asarray(np.mean([_normalise(item, same) for item in log_densities], axis=0))
 
 
+def find_credible(chances: Float[NDArray[np.float64], " n"]) -> list[int]:
+    """Numbers of the fewest effects that include the true one with probability `CREDIBLE`, the most probable first."""
+    order = np.argsort(-chances, kind="stable")
+    count = 1 + int(np.searchsorted(np.cumsum(chances[order]), CREDIBLE))
+    return [int(number) for number in order[:count]]
+
+
 def _normalise(
     log_density: Float[NDArray[np.float64], " n"], same: Bool[NDArray[np.bool_], "n n"] | None
 ) -> Float[NDArray[np.float64], " n"]:

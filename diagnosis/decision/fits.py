@@ -1,6 +1,6 @@
 """Fits from which a verdict is derived: those of the finalists, and further ones that the rules request."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -16,7 +16,7 @@ from diagnosis.decision.law_of_force import (
     fit_other_laws,
     has_other_laws,
 )
-from diagnosis.decision.pair import Pair, fit_pair
+from diagnosis.decision.pair import Pair, fit_other_seconds, fit_pair
 from diagnosis.decision.residual_explanation import ResidualExplanation, add_effect, explain_residual
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Vector
@@ -122,10 +122,23 @@ class Fits:
 
     def fit_pair(self, refit: Refit, further: Refit) -> Pair:
         """Joint fit of two effects, and fits with other finalists instead of the first."""
-        taken = {refit.name, further.name}
-        others = [item.refit for name, item in self.finalists.items() if name not in taken and item.refit.gain > 0]
+        others = self._list_gaining(without={refit.name, further.name})
         numbers = f"{refit.strength:.6g} and {further.strength:.6g}"
         return self.run_step(
             f"{refit.name} and {further.name} of {numbers} together",
             lambda: fit_pair(self.arrangement_of(refit), self.baseline, refit, further, others),
         )
+
+    def fit_other_seconds(self, pair: Pair, further: Sequence[Refit]) -> list[Finalist]:
+        """Fits with the first effect of a pair and one instead of the second: further effects, or other finalists."""
+        first, second = self.finalists[pair.first.name].refit, pair.second.refit
+        listed = {item.name: item for item in (*self._list_gaining(without=()), *further)}
+        others = [item for name, item in listed.items() if name not in {first.name, second.name}]
+        return self.run_step(
+            f"{first.name} with others than {second.name} of {first.strength:.6g} and {second.strength:.6g}",
+            lambda: fit_other_seconds(self.arrangement_of(first), first, pair, others),
+        )
+
+    def _list_gaining(self, without: Collection[str]) -> list[Refit]:
+        """Finalists that gain, without some of them by name."""
+        return [item.refit for name, item in self.finalists.items() if name not in without and item.refit.gain > 0]

@@ -35,6 +35,8 @@ class Pair:
         Fits with other effects instead of the first one, together with the second.
     force
         Excess gain of an unknown force added to both [-].
+    second_alternatives
+        Fits with other effects instead of the second one, together with the first.
     """
 
     first: Finalist
@@ -42,6 +44,7 @@ class Pair:
     alone: Finalist
     alternatives: tuple[Finalist, ...]
     force: float
+    second_alternatives: tuple[Finalist, ...] = ()
 
     @property
     def ranked(self) -> list[Finalist]:
@@ -73,20 +76,15 @@ def fit_pair(
         """Fit with the further effect added to others."""
         return arrangement.with_refit_from([*effects, second], np.append(start, own), nearby, by)
 
-    def test(arrangement: Arrangement) -> Finalist:
-        """A fit as a test of the further effect, with the density of all data."""
-        tested = arrangement.tested(second, arrangement.fit)
-        return Finalist(refit=replace(tested, cost=arrangement.cost + tested.held_out_cost), arrangement=arrangement)
-
     def beside(effect: Effect, finalist: Finalist) -> Finalist:
         """The fit with both as a test of an effect relative to the further one alone."""
         return _compare(replace(finalist, refit=replace(finalist.refit, effect=effect, beside=second)), alone)
 
-    both = test(fit([one], values_of_both))
+    both = _test(second, fit([one], values_of_both))
     # The first effect may have moved the calibration parameters far from the minimum without it. If it is not present,
     # the model error is no larger without it; a fit that starts with a larger model error would miss that minimum.
     starts = ((calibrated, None), (calibrated, both.arrangement.train), (baseline.fit.values, None))
-    alone = test(min((fit([], *start) for start in starts), key=attrgetter("cost")))
+    alone = _test(second, min((fit([], *start) for start in starts), key=attrgetter("cost")))
     strengths = [(_get_effect(item), _split(item.fit.values, _get_effect(item))[1]) for item in others]
     forces = find_unknown_forces(add_effect(both.arrangement, both.refit))
     return Pair(
@@ -94,10 +92,39 @@ def fit_pair(
         second=_compare(both, Finalist(refit=first, arrangement=arrangement)),
         alone=alone,
         alternatives=tuple(
-            beside(item, test(fit([item], np.append(calibrated, values)))) for item, values in strengths
+            beside(item, _test(second, fit([item], np.append(calibrated, values)))) for item, values in strengths
         ),
         force=max(map(compute_excess_gain, forces), default=0.0),
     )
+
+
+def fit_other_seconds(arrangement: Arrangement, first: Refit, pair: Pair, others: Sequence[Refit]) -> list[Finalist]:
+    """Fit other effects instead of the second one of a pair, together with the first one.
+
+    Parameters
+    ----------
+    arrangement, first
+        Arrangement with the covariance of the model with the first effect, and the fit with it alone.
+    pair
+        The pair.
+    others
+        Fits with one of the other effects each, with or without the first one.
+    """
+    one, both = _get_effect(first), pair.second.refit
+    start, _ = _split(both.fit.values, _get_effect(both))
+    result = []
+    for item in others:
+        effect = _get_effect(item)
+        values = np.append(start, _split(item.fit.values, effect)[1])
+        refitted = arrangement.with_refit_from([one, effect], values, both.fit.prediction)
+        result.append(_compare(_test(effect, refitted), Finalist(refit=first, arrangement=arrangement)))
+    return result
+
+
+def _test(effect: Effect, arrangement: Arrangement) -> Finalist:
+    """A fit as a test of an effect, with the density of all data."""
+    tested = arrangement.tested(effect, arrangement.fit)
+    return Finalist(refit=replace(tested, cost=arrangement.cost + tested.held_out_cost), arrangement=arrangement)
 
 
 def _compare(both: Finalist, alone: Finalist) -> Finalist:

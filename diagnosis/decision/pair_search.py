@@ -1,13 +1,23 @@
 """Search for two missing effects, where a second effect explains the residual after the first."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from diagnosis.decision.closeness import list_beyond_priors
 from diagnosis.decision.confirmation import compute_held_out_gain, raises_held_out_error
-from diagnosis.decision.evidence import DECISIVE, compute_log_density, errs_on_held_out, exceeds_threshold, passes
+from diagnosis.decision.evidence import (
+    DECISIVE,
+    compute_log_density,
+    compute_probabilities,
+    errs_on_held_out,
+    exceeds_threshold,
+    find_credible,
+    passes,
+)
 from diagnosis.decision.fits import Fits
 from diagnosis.decision.pair import Pair
+from diagnosis.decision.residual_explanation import ResidualExplanation
 from diagnosis.decision.stand_in import MAX_SHARE_LEFT
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
@@ -21,17 +31,17 @@ class FoundPair(NamedTuple):
     instead: Finalist | None = None
 
 
-def find_pair(fits: Fits, refit: Refit, further: Refit | None) -> FoundPair:
+def find_pair(fits: Fits, refit: Refit, residual: ResidualExplanation) -> FoundPair:
     """An effect, or an alternative to it, and a further effect that together explain what neither explains alone.
 
     Parameters
     ----------
     fits
         Computes the fits with both.
-    refit, further
-        Fit with an effect alone; fit with the best further effect added to it, if there is one.
+    refit, residual
+        Fit with an effect alone; fits with further effects added to it, if there are any.
     """
-    thresholds = fits.thresholds
+    thresholds, further = fits.thresholds, residual.refit
     if further is None or not passes(further, thresholds):
         return FoundPair()
     pair = fits.fit_pair(refit, further)
@@ -44,7 +54,10 @@ def find_pair(fits: Fits, refit: Refit, further: Refit | None) -> FoundPair:
         # The new first effect is tested with the covariance of its own model, as the other one was.
         beside_it = replace(first.refit, effect=further.effect, beside=None)
         pair = fits.fit_pair(fits.finalists[first.name].refit, beside_it)
-    if not (passes(pair.first.refit, thresholds) and passes(pair.second.refit, thresholds)):
+    pair = _exchange_second(fits, pair, residual.others)
+    if not passes(pair.first.refit, thresholds):
+        return FoundPair(instead=pair.alone)
+    if not passes(pair.second.refit, thresholds):
         return FoundPair()
     gain = fits.finalists[first.name].refit.gain + pair.second.refit.gain
     if pair.force - thresholds.misfit > MAX_SHARE_LEFT * gain or _is_strained(pair.second.refit):
@@ -62,10 +75,10 @@ def find_pair_that_passes(fits: Fits) -> FoundPair:
     first = max(gaining, key=compute_log_density, default=None)
     if first is None or fits.find_better_law(first) is not None:
         return FoundPair()
-    further = fits.explain_residual(first).refit
-    if further is None or further.reduced_chi2_by_noise > UNEXPLAINED_CHI2:
+    residual = fits.explain_residual(first)
+    if residual.refit is None or residual.refit.reduced_chi2_by_noise > UNEXPLAINED_CHI2:
         return FoundPair()
-    result = find_pair(fits, first, further)
+    result = find_pair(fits, first, residual)
     if result.pair is None:
         return result
     alone = fits.finalists[result.pair.first.name].refit
@@ -80,6 +93,22 @@ def _choose_first(pair: Pair, thresholds: Thresholds) -> Finalist | None:
     if best is None or compute_log_density(best.refit) < compute_log_density(pair.first.refit) - DECISIVE:
         return None
     return best
+
+
+def _exchange_second(fits: Fits, pair: Pair, further: Sequence[Refit]) -> Pair:
+    """The pair with the most probable second effect, and those that the data cannot distinguish from it."""
+    place, thresholds = pair.first.refit.place, fits.thresholds
+
+    def may_be_second(second: Finalist) -> bool:
+        return passes(second.refit, thresholds) and not (place and place == second.refit.place)
+
+    listed = [pair.second, *fits.fit_other_seconds(pair, further)]
+    best = max(filter(may_be_second, listed), key=lambda item: compute_log_density(item.refit), default=pair.second)
+    if best is not pair.second:
+        pair = fits.fit_pair(fits.finalists[pair.first.name].refit, best.refit)
+    others = [item for item in listed if item is not best and may_be_second(item)]
+    credible = find_credible(compute_probabilities([item.refit for item in (pair.second, *others)]))
+    return replace(pair, second_alternatives=tuple(others[number - 1] for number in credible if number))
 
 
 def _is_strained(refit: Refit) -> bool:

@@ -16,7 +16,7 @@ from diagnosis.screening import screen
 from diagnosis.unknown_force import UnknownForce, find_unknown_forces
 
 #: Largest number of effects whose linear gain is checked by a fit.
-MAX_FURTHER_FITS = 2
+MAX_FURTHER_FITS = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -35,6 +35,8 @@ class ResidualExplanation:
         Largest gain of a known effect with the covariances of `places`, to first order [-].
     refit
         Fit with the best further effect added to the first one, if it was made.
+    others
+        Fits with other further effects added to the first one.
     """
 
     gain: float
@@ -42,6 +44,7 @@ class ResidualExplanation:
     places: tuple[UnknownForce, ...]
     known_effect_gain: float
     refit: Refit | None = None
+    others: tuple[Refit, ...] = ()
 
 
 def add_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
@@ -77,14 +80,16 @@ def explain_residual(arrangement: Arrangement, effects: Sequence[Effect], thresh
         else:
             gains[number] = threshold
     best = int(np.argmax(gains)) if len(gains) else -1
-    refit = None
+    refits = dict[int, Refit]()
     if best in fits:
-        tested = arrangement.tested(effects[best], fits[best])
-        refit = compare(tested, arrangement.tested(None, arrangement.fit), float(gains[best]))
+        without = arrangement.tested(None, arrangement.fit)
+        for number, fit in fits.items():
+            refits[number] = compare(arrangement.tested(effects[number], fit), without, float(gains[number]))
     return ResidualExplanation(
         gain=float(gains[best]) if best >= 0 else 0.0,
         effect_name=effects[best].name if best >= 0 else "",
         places=tuple(find_unknown_forces(arrangement)),
         known_effect_gain=float(by_covariance.max(initial=0.0)),
-        refit=refit,
+        refit=refits.pop(best, None),
+        others=tuple(refits.values()),
     )

@@ -17,7 +17,6 @@ from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.closeness import AbsentPeak, FarResonance, describe_beyond_priors, list_beyond_priors
 from diagnosis.decision.confirmation import is_confirmed, takes_away
 from diagnosis.decision.evidence import (
-    CREDIBLE,
     DECISIVE,
     compute_birge_ratio,
     compute_log_density,
@@ -25,6 +24,7 @@ from diagnosis.decision.evidence import (
     compute_whole_gain,
     errs_on_held_out,
     exceeds_threshold,
+    find_credible,
     passes,
 )
 from diagnosis.decision.fits import Fits
@@ -175,7 +175,7 @@ def _decide_with_effect(nothing: Verdict, fits: Fits, passed: Sequence[Refit]) -
     best = passed[0]
     law = fits.find_better_law(best)
     left = find_cause_beside(fits, best) if law is None else None
-    pair, instead = FoundPair() if left is None else find_pair(fits, best, left.refit)
+    pair, instead = FoundPair() if left is None else find_pair(fits, best, left)
     if law is None and (left is not None or has_other_laws(best.effect)):
         best, law = _find_law_of_another(fits, best, pair)
     arrangement = fits.arrangement_of(best) if pair is None or law is not None else pair.first.arrangement
@@ -217,16 +217,16 @@ def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: P
     same = find_same(ranked, fits.directions) if pair is None else None
     weights = (compute_log_density, compute_whole_gain) if pair is None else (compute_log_density,)
     chances = compute_probabilities(ranked, same, weights)
-    order = np.argsort(-chances, kind="stable")
-    ranked, probabilities = [ranked[number] for number in order], chances[order].tolist()
-    count = 1 + int(np.searchsorted(np.cumsum(probabilities), CREDIBLE))  # rule 14
-    best, alone = ranked[0], fits.finalists[ranked[0].name].refit
+    credible = find_credible(chances)  # rule 14
+    effects = [ranked[number] for number in credible]
+    best, alone = effects[0], fits.finalists[effects[0].name].refit
     laws = find_alternatives(fits.fit_other_laws(alone), DECISIVE)  # rule 11
     # Rule 15, except for the interval of the strength, which is computed later: see `Verdict.with_fits`.
-    is_sure = count == 1 and not laws and is_confirmed(best, alone, pair, fits.baseline)
+    is_single = len(effects) == 1 and (pair is None or not pair.second_alternatives)
+    is_sure = is_single and not laws and is_confirmed(best, alone, pair, fits.baseline)
     return replace(
-        nothing, finding=Finding.MISSING if is_sure else Finding.AMBIGUOUS, effects=ranked[:count],
-        probabilities=probabilities[:count], laws=laws, pair=pair,
+        nothing, finding=Finding.MISSING if is_sure else Finding.AMBIGUOUS, effects=effects,
+        probabilities=chances[credible].tolist(), laws=laws, pair=pair,
     )  # fmt: skip
 
 

@@ -118,6 +118,11 @@ class Verdict(Tabular):
         """The second missing effect, from the fit with both."""
         return None if self.pair is None else self.pair.second.refit
 
+    @property
+    def further_alternatives(self) -> list[Refit]:
+        """Effects that these data cannot distinguish from the second one, each from the fit with the first."""
+        return [] if self.pair is None else [item.refit for item in self.pair.second_alternatives]
+
     def to_pandas(self) -> "pandas.DataFrame":
         """One row per fit, the baseline first; errors relative to the measured values."""
         import pandas
@@ -169,11 +174,12 @@ class Verdict(Tabular):
             Noun for what cannot distinguish several effects, such as "data".
         """
         further = [] if self.further is None else [self.further]
-        if len(self.effects) > 1:
-            known = self.probabilities if len(self.probabilities) == len(self.effects) else ()
+        seconds = [f"{item.name} ({describe(item)})" for item in (*further, *self.further_alternatives)]
+        if len(self.effects) > 1 or len(seconds) > 1:
+            known = self.probabilities if 1 < len(self.effects) == len(self.probabilities) else ()
             chances = [f"probability {format_number(100 * item)} %" for item in known] or [""] * len(self.effects)
             claimed = claim(self.effects, [describe(item) for item in self.effects], chances, "or")
-            beside = "".join(f", and also {item.name} ({describe(item)})" for item in further)
+            beside = f", and also {' or '.join(seconds)}" if seconds else ""
             beside += ", or a model error resembles one of them" if self.replaces_error else ""
             return f"{claimed}{beside}, and these {data} cannot tell which: {fall}.{self._other_laws}"
         every = [*self.effects, *further]

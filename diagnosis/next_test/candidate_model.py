@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.decision.evidence import CREDIBLE, DECISIVE
+from diagnosis.decision.evidence import CREDIBLE, DECISIVE, compute_probabilities
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.fit_parameter import Unknowns
@@ -83,6 +83,11 @@ def list_candidate_models(verdict: Verdict, law: MissingLaw | None = None) -> li
 
 
 def _list_effects(verdict: Verdict) -> list[CandidateModel]:
+    if len(verdict.effects) == 1 and verdict.further is not None and verdict.further_alternatives:
+        # The first effect is certain: a test separates those that may be the second one.
+        seconds = [verdict.further, *verdict.further_alternatives]
+        known = compute_probabilities(seconds).tolist()
+        return [_of_refit(item, share) for item, share in zip(seconds, known, strict=True)]
     shares = [*verdict.probabilities] or [1.0] * len(verdict.effects)
     if len(shares) > 1 and max(shares) >= CREDIBLE:
         # The held-out data contradict the effect that the densities prefer: neither decides.

@@ -25,6 +25,7 @@ from study.diagnose.table import (
 def make_document(result: Round) -> dict[str, Any]:
     """The report for ``--json`` and ``diagnosis.json``; strengths in SI units."""
     diagnosis, further = result.diagnosis, result.diagnosis.verdict.further
+    further_alternatives = diagnosis.verdict.further_alternatives
     return {
         "title": result.setup.title,
         "campaign": result.campaign.title,
@@ -39,6 +40,7 @@ def make_document(result: Round) -> dict[str, Any]:
         "alike": [*diagnosis.verdict.alike],
         "laws": [_document_law(law) for law in diagnosis.verdict.laws],
         "further": None if further is None else _document_effect(further),
+        "further_alternatives": [_document_effect(item) for item in further_alternatives],
         "threshold": diagnosis.verdict.threshold,
         "thresholds": vars(diagnosis.thresholds),
         "errors": {**_document_case_errors(result), "before": summarise_errors(diagnosis.baseline).document},

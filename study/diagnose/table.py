@@ -99,14 +99,16 @@ def list_rows(result: Round) -> list[Row]:
     added = {item.effect.name for item in result.setup.added}
     scores = {score.effect.name: score for score in diagnosis.scores if score.effect.name not in added}
     refits = {refit.effect.name: refit for refit in diagnosis.refits if refit.effect and refit.effect.name not in added}
-    refitted = [*verdict.effects, *([] if verdict.further is None else [verdict.further])]
-    named = {refit.effect.name: refit for refit in refitted if refit.effect is not None}
+    seconds = [] if verdict.further is None else [verdict.further, *verdict.further_alternatives]
+    refitted = [*verdict.effects, *seconds]
+    # An effect that may be the first or the second one is listed as the first.
+    named = {refit.effect.name: refit for refit in reversed(refitted) if refit.effect is not None}
     listed = [
         _make_row(score, named.get(name, refits.get(name)), verdict.detectable.get(name, np.inf), name in named)
         for name, score in scores.items()
     ]
 
-    order = [*named]
+    order = [refit.name for refit in refitted]
 
     def place(row: Row) -> tuple[int, bool, float]:
         return order.index(row.effect.name) if row.named else len(order), row.gain is None, -row.fall

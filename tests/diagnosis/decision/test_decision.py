@@ -89,6 +89,7 @@ def decided(
     pair: Pair | None = None,
     own_law: FittedLaw | None = None,
     laws_of: Callable[[str], Sequence[FittedLaw]] | None = None,
+    seconds: Sequence[Finalist] = (),
 ) -> Verdict:
     def run_step(name: str, make: Callable[[], Any]) -> Any:
         del make  # the catalogue and the model of these refits are nothing that could be computed with
@@ -96,6 +97,8 @@ def decided(
             asked.append(name)
         if name.endswith("together"):
             return pair
+        if " with others than " in name:
+            return [*seconds]
         if name.endswith("by its own covariance"):
             return own_law
         if name.startswith("other laws"):
@@ -360,6 +363,38 @@ def test_what_is_more_likely_beside_the_further_effect_is_fitted_as_the_first() 
     pairs = beside(further, refit("mass", 400, 50), refit("density", 420, 50))
     decided(*alone, asked=asked, **pairs)
     assert [name.partition(" and")[0] for name in asked if name.endswith("together")] == ["mass", "density"]
+
+
+def finalist(item: Refit) -> Finalist:
+    arrangement: Any = SimpleNamespace(model_error_size=NO_ERROR)
+    return Finalist(refit=item, arrangement=arrangement)
+
+
+@pytest.mark.parametrize(("behind", "doubtful"), [(1.0, True), (3 * DECISIVE, False)])
+def test_what_is_as_likely_in_place_of_the_second_effect_is_told(behind: float, doubtful: bool) -> None:
+    pair = beside(refit("gap", 150, 50), refit("mass", 400, 50))
+    others = [finalist(refit("spring", 150 - behind, 50)), finalist(refit("spring at base", LIMITS.gain - 1, 50))]
+    verdict = decided(refit("mass", 200, 20), **pair, seconds=others)
+    assert verdict.finding is (Finding.AMBIGUOUS if doubtful else Finding.MISSING)
+    assert [item.name for item in verdict.further_alternatives] == (["spring"] if doubtful else [])
+    told = "Mass (1 kg +- 2) is missing, and also gap (1 kg +- 2) or spring (1 kg +- 2), and these data cannot tell"
+    assert verdict.sentence.startswith(told) is doubtful
+
+
+def test_what_is_more_likely_in_place_of_the_second_effect_is_fitted_as_the_second() -> None:
+    asked: list[str] = []
+    pair = beside(refit("gap", 150, 50), refit("mass", 400, 50))
+    decided(refit("mass", 200, 20), asked=asked, **pair, seconds=[finalist(refit("spring", 160, 50))])
+    pairs = [name.partition(" of ")[0] for name in asked if name.endswith("together")]
+    assert pairs == ["mass and gap", "mass and spring"]
+
+
+def test_another_second_effect_at_the_place_of_the_first_is_not_fitted() -> None:
+    pair = beside(refit("gap", 150, 50), refit("mass at tip", 400, 50))
+    verdict = decided(refit("mass at tip", 200, 20), **pair, seconds=[finalist(refit("spring at tip", 200, 50))])
+    assert verdict.further is not None
+    assert verdict.further.name == "gap"
+    assert not verdict.further_alternatives
 
 
 @pytest.mark.parametrize(("behind", "finding"), [(DECISIVE - 1, Finding.AMBIGUOUS), (DECISIVE + 1, Finding.UNKNOWN)])

@@ -10,11 +10,13 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
 from diagnosis.decision.evidence import compute_log_density
-from diagnosis.decision.pair import Pair, fit_pair
+from diagnosis.decision.pair import Pair, fit_other_seconds, fit_pair
 from diagnosis.decision.residual_explanation import add_effect, explain_residual
 from diagnosis.fit.arrangement import arrange
+from diagnosis.fit.calibration import MIN_GAIN
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.fit.finalist import refit_by_own_covariance
+from diagnosis.fit.finalist import Finalist, refit_by_own_covariance
+from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import make_baseline_refit, refit
 from diagnosis.screening import screen
 
@@ -33,15 +35,20 @@ def hide(listed: Catalogue, small: Model, paper: ModuleType, *names: str) -> Cam
     return campaign
 
 
-def pair_of(campaign: Campaign, small: Model, first: str, further: str, *others: str) -> Pair:
+def finalists_of(campaign: Campaign, small: Model, *names: str) -> tuple[Refit, dict[str, Finalist]]:
+    """Fit without an effect, and each effect fitted alone by the covariance of its own model."""
     free = list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
     arrangement = arrange(campaign, small, tuple(free), Budget(frequency=0.0, compliance=0.0, model=1e-3))
     before, listed = make_baseline_refit(arrangement), partial(list_campaign_effects, campaign)
-    scores = screen(arrangement, [listed(small).effect(name) for name in (first, *others)])
+    scores = screen(arrangement, [listed(small).effect(name) for name in names])
     by_own = partial(refit_by_own_covariance, campaign, arrangement, before, listed, arrangement.train)
-    result = {score.effect.name: by_own(refit(arrangement, score)) for score in scores}
-    own = result[first]
-    rest = explain_residual(add_effect(own.arrangement, own.refit), [listed(small).effect(further)], CHANCE)
+    return before, {score.effect.name: by_own(refit(arrangement, score)) for score in scores}
+
+
+def pair_of(campaign: Campaign, small: Model, first: str, further: str, *others: str) -> Pair:
+    before, result = finalists_of(campaign, small, first, *others)
+    own, effect = result[first], list_campaign_effects(campaign, small).effect(further)
+    rest = explain_residual(add_effect(own.arrangement, own.refit), [effect], CHANCE)
     assert rest.refit is not None
     return fit_pair(own.arrangement, before, own.refit, rest.refit, [result[name].refit for name in others])
 
@@ -70,6 +77,23 @@ def test_what_is_hidden_explains_more_beside_the_further_effect_than_what_is_not
     (other,) = pair.alternatives
     assert other.refit.gain < pair.first.refit.gain
     assert compute_log_density(other.refit) < compute_log_density(pair.first.refit)
+
+
+def test_other_second_effects_are_fitted_with_the_first(
+    pair: Pair, listed: Catalogue, small: Model, paper: ModuleType
+) -> None:
+    """From its strength alone, the second effect ends where it did; another one gains less."""
+    campaign = hide(listed, small, paper, MASS, GAIN)
+    result = finalists_of(campaign, small, MASS, GAIN, OTHER)[1]
+    mass, others = result[MASS], [result[name].refit for name in (GAIN, OTHER)]
+    again, other = fit_other_seconds(mass.arrangement, mass.refit, pair, others)
+    assert (again.name, other.name) == (GAIN, OTHER)
+    # Two quick fits end within `MIN_GAIN` of the minimum, which is sqrt(MIN_GAIN) standard deviations.
+    tolerance = MIN_GAIN**0.5 * pair.second.refit.deviation
+    assert again.refit.strength == pytest.approx(pair.second.refit.strength, abs=tolerance)
+    assert again.refit.gain == pytest.approx(pair.second.refit.gain, abs=MIN_GAIN)
+    assert other.refit.gain < again.refit.gain - CHANCE
+    assert compute_log_density(other.refit) < compute_log_density(again.refit) - CHANCE
 
 
 def test_an_effect_that_stood_in_for_the_further_one_gains_nothing_beside_it(

@@ -183,8 +183,9 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
         ([40, 5, 70], [45, 0, 3], np.inf, [], "p 2", 70),
         # Neither of both keeps anything, even if a fit ends above.
         ([40, 5, 70], [-1, 0, 3], 20, [2, 0], "p 1", 5),
-        # Two are checked at most.
-        ([40, 60, 70], [41, 61, 71], 20, [2, 1], "p 2", 71),
+        # Four are checked at most; of the others no more than the threshold is believed.
+        ([40, 60, 70, 50, 90, 80], [41, 0, 71, 0, 0, 0], 20, [4, 5, 2, 1], "p 2", 71),
+        ([40, 60, 70, 50, 90, 80], [99, 0, 0, 99, 0, 0], 20, [4, 5, 2, 1], "p 0", 20),
     ],
 )
 def test_promises_that_matter_are_checked(
@@ -192,6 +193,11 @@ def test_promises_that_matter_are_checked(
     promised: list[float], kept: list[float], threshold: float, asked: list[int], name: str, gain: float,
 ) -> None:  # fmt: skip
     result, fits = checked(monkeypatch, promised, kept, threshold)
-    assert MAX_FURTHER_FITS == 2
+    assert MAX_FURTHER_FITS == 4
     assert fits == asked
+    if result.refit is not None:
+        others = {number: kept[number] for number in asked if f"p {number}" != name}
+        assert {item.name: item.gain for item in result.others} == {f"p {key}": gain for key, gain in others.items()}
+    else:
+        assert not result.others
     assert (result.effect_name, result.gain) == (name, gain)
