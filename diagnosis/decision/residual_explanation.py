@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.candidate.effect import Effect
+from diagnosis.decision.evidence import compute_log_density
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.finalist import compare
@@ -34,7 +35,7 @@ class ResidualExplanation:
     known_effect_gain
         Largest gain of a known effect with the covariances of `places`, to first order [-].
     refit
-        Fit with the best further effect added to the first one, if it was made.
+        Fit with the further effect that has the highest density of all data, if any was fitted and gains.
     others
         Fits with other further effects added to the first one.
     """
@@ -80,16 +81,16 @@ def explain_residual(arrangement: Arrangement, effects: Sequence[Effect], thresh
         else:
             gains[number] = threshold
     best = int(np.argmax(gains)) if len(gains) else -1
-    refits = dict[int, Refit]()
+    refits = list[Refit]()
     if best in fits:
         without = arrangement.tested(None, arrangement.fit)
-        for number, fit in fits.items():
-            refits[number] = compare(arrangement.tested(effects[number], fit), without, float(gains[number]))
+        tested = [(arrangement.tested(effects[number], fit), float(gains[number])) for number, fit in fits.items()]
+        refits = sorted((compare(item, without, gain) for item, gain in tested), key=compute_log_density)
     return ResidualExplanation(
         gain=float(gains[best]) if best >= 0 else 0.0,
         effect_name=effects[best].name if best >= 0 else "",
         places=tuple(find_unknown_forces(arrangement)),
         known_effect_gain=float(by_covariance.max(initial=0.0)),
-        refit=refits.pop(best, None),
-        others=tuple(refits.values()),
+        refit=refits[-1] if refits else None,
+        others=tuple(refits[:-1]),
     )

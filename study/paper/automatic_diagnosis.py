@@ -12,6 +12,7 @@ from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.verdict import Finding
 from geometry.rig import SIDES
 from pipeline.output import replace_file
+from pipeline.store import stage
 from study.diagnose.history import name_history_file
 from study.diagnose.report import format_headline
 from study.diagnose.round import Round, summarise_errors
@@ -48,8 +49,8 @@ class AutomaticDiagnosis:
 
     Parameters
     ----------
-    case
-        Case file of iteration 1, with what was added since.
+    files
+        Case file of iteration 1 with the effects that were added, and its history: contents by name.
     rounds
         In their order.
     values
@@ -60,7 +61,7 @@ class AutomaticDiagnosis:
         Whether the last round found nothing missing.
     """
 
-    case: Path
+    files: Mapping[str, str]
     rounds: tuple[AutomaticRound, ...]
     values: tuple[Interval, ...]
     others: tuple[str, ...]
@@ -88,20 +89,57 @@ def diagnose_automatically(
     The result; for a campaign that cannot be diagnosed, a single round with the reason.
     """
     assert run.output is not None
-    file = run.output / "automatic" / "iteration_1.toml"
-    file.parent.mkdir(exist_ok=True)
-    # The rounds are in the store: the case is edited anew from where it began.
-    name_history_file(file).unlink(missing_ok=True)
-    replace_file(file, write_case(model, start))
+    text, into = write_case(model, start), run.output / "automatic"
+    into.mkdir(exist_ok=True)
+    outcome = run.store.outcome(diagnose_text, text, start, campaign.content, campaign, folder, into, run)
+    if outcome.cached:
+        run.progress.stored("automatic diagnosis")
+        for name, content in outcome.value.files.items():
+            replace_file(into / name, content)
+    return outcome.value
+
+
+@stage("automatic diagnosis", ignore=("campaign", "folder", "into", "run"))
+def diagnose_text(
+    text: str,
+    start: RigParameters,
+    content: Mapping[str, Any],
+    campaign: Campaign,
+    folder: Path,
+    into: Path,
+    run: RunContext,
+) -> AutomaticDiagnosis:
+    """`diagnose_automatically` for the text of a case, as a stage: the hundreds of stored steps take long to read.
+
+    Parameters
+    ----------
+    text, start
+        Text of the case of iteration 1, and its parameters.
+    content
+        Content of the campaign: the result depends on it.
+    campaign, folder
+        Campaign as it was read, and its folder.
+    into
+        Folder of the case file.
+    run
+        Store and progress.
+    """
+    del content
+    file = into / "iteration_1.toml"
+    history = name_history_file(file)
+    # The steps of the rounds are in the store: the case is edited anew from where it began.
+    history.unlink(missing_ok=True)
+    replace_file(file, text)
     try:
         rounds = diagnose_file(file, campaign, folder, run, auto=True).rounds
     except CampaignError as error:
         # A campaign too small for a diagnosis, such as that of a quick run, can still be calibrated by hand.
         refused = AutomaticRound(sentence=f"no diagnosis: {error}", held_before=nan, held_after=nan)
-        return AutomaticDiagnosis(case=file, rounds=(refused,), values=(), others=(), is_complete=False)
+        return AutomaticDiagnosis(files={file.name: text}, rounds=(refused,), values=(), others=(), is_complete=False)
     values, others = read_values(rounds[-1], start)
     return AutomaticDiagnosis(
-        case=file, rounds=tuple(map(_summarise_round, rounds)), values=values, others=others,
+        files={item.name: item.read_text(encoding="utf-8") for item in (file, history)},
+        rounds=tuple(map(_summarise_round, rounds)), values=values, others=others,
         is_complete=rounds[-1].diagnosis.verdict.finding is Finding.NOTHING,
     )  # fmt: skip
 

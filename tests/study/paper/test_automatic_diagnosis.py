@@ -1,16 +1,20 @@
 """What a diagnosis ends with, as parameters of the rig."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from correlation.errors import CampaignError
 from diagnosis.decision.verdict import Finding
 from diagnosis.effect.inclination import Inclination
 from diagnosis.effect.shift import Shift
 from diagnosis.fit.calibration_parameter import CalibrationParameter
-from study.paper.automatic_diagnosis import read_values
+from pipeline.store import Store
+from study.paper import automatic_diagnosis
+from study.paper.automatic_diagnosis import diagnose_automatically, read_values
 from study.paper.parameters import RigParameters
 
 START = RigParameters(kt=4e6, kn=8e6, mu=0.6, damping=2e-3, shift_left=1e-3)
@@ -65,3 +69,28 @@ def test_an_effect_that_is_not_named_is_no_part_of_the_answer() -> None:
     result = {item.name: item for item in read_values(ended(Finding.NOTHING), START)[0]}
     assert result["kt"].value == pytest.approx(1.2 * START.kt)
     assert "shift_left" not in result
+
+
+def test_a_stored_diagnosis_writes_its_files_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[Path] = []
+
+    def refuse(case: Path, *_: Any, **__: Any) -> Any:
+        calls.append(case)
+        raise CampaignError("two repeats are too few")
+
+    monkeypatch.setattr(automatic_diagnosis, "diagnose_file", refuse)
+    monkeypatch.setattr(automatic_diagnosis, "write_case", lambda model, _start: f"title = {model!r}")
+    campaign: Any = SimpleNamespace(content={"level": np.ones(2)})
+    store, told = Store(tmp_path / "cache"), []
+    results = []
+    for name in ("one", "other", "one"):
+        run: Any = SimpleNamespace(
+            output=tmp_path / name, store=store, progress=SimpleNamespace(stored=lambda step: told.append(step))
+        )
+        run.output.mkdir(exist_ok=True)
+        model: Any = "rig"
+        results.append(diagnose_automatically(model, START, campaign, tmp_path, run))
+        assert (run.output / "automatic" / "iteration_1.toml").read_text(encoding="utf-8") == "title = 'rig'"
+    assert calls == [tmp_path / "one" / "automatic" / "iteration_1.toml"]
+    assert told == ["automatic diagnosis"] * 2
+    assert {item.rounds[0].sentence for item in results} == {"no diagnosis: two repeats are too few"}
