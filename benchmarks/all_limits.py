@@ -1,9 +1,9 @@
-"""Limits of the output and of all contact forces in one search, against one search for each: cost and difference.
+"""Cost and accuracy of one search for the limits of the output and all contact forces, against one search for each.
 
     OMP_NUM_THREADS=1 python -m benchmarks.all_limits [--contacts "blade 1" "ground 2"] [--samples 100]
 
-Each force has a search of its own, as `stickslip limits` makes it with one objective; the other way is one search with
-objective = "all". Both run in this process, with the shipped wedge damper's frequencies and levels.
+The separate searches are those of `stickslip limits` with one objective; the common search has objective = "all". Both
+run in this process, with the frequencies and levels of the shipped wedge damper.
 """
 
 import argparse
@@ -27,13 +27,13 @@ from study.shipped_cases import LIMITS  # noqa: E402
 
 
 def compare(alone: ResponseLimits, together: ResponseLimits) -> tuple[float, float, float]:
-    """How far the limits of both searches end from each other, relative to the larger limit at a level and frequency.
+    """Compare the limits of two searches, relative to the larger limit at a level and frequency.
 
     Returns
     -------
     tuple
-        Largest difference where the common search ends further inside, and further outside, and share of the limits
-        that differ by more than 0.5 %.
+        Largest differences by which the common search ends further inside and further outside, and fraction of the
+        limits that differ by more than 0.5 %.
     """
     scale = np.maximum(np.abs(alone.value).max(axis=0), 1e-3 * np.abs(alone.value).max())
     outward = np.array([-1, 1])[:, None, None] * (together.value - alone.value) / scale
@@ -57,7 +57,7 @@ def main() -> None:
         objectives=tuple(search.objectives[number] for number in kept),
     )
     quantities = [everything[number] for number in kept]
-    search_limits.compute(make_limit_search(case, _small(quantities[0]), case.sweep, model))  # reads what is compiled
+    search_limits.compute(make_limit_search(case, _small(quantities[0]), case.sweep, model))  # loads compiled kernels
     begin = time.process_time()
     together = search_several_limits.compute(search)
     common = time.process_time() - begin

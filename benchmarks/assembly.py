@@ -1,6 +1,6 @@
-"""Assembly of mass and stiffness: this package against scikit-fem, on the same nodes of the same 20-node hexahedra.
+"""Compare the assembly of mass and stiffness with scikit-fem, on the same mesh of 20-node hexahedra.
 
-Each package assembles in a process of its own, one thread, one after the other; the two pairs of matrices are then
+Each package assembles in a separate process with one thread, one after the other; the two pairs of matrices are then
 compared entry by entry. Run it with
 
     python benchmarks/assembly.py [cells along each side]
@@ -25,14 +25,14 @@ from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
 
-#: scikit-fem's corner k of a hexahedron is corner VTK_CORNER[k] here.
+#: Corner k of a scikit-fem hexahedron is corner VTK_CORNER[k] of this package.
 VTK_CORNER = [0, 4, 3, 1, 7, 5, 2, 6]
 REPEATS = {"stickslip": 5, "scikit-fem": 2}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """Best processor time [s], memory added to the process [MB], and the matrices in this package's order."""
+    """Shortest processor time [s], memory added to the process [MB], and matrices in the order of this package."""
 
     seconds: float
     megabytes: float
@@ -41,7 +41,7 @@ class Run:
 
 
 def distorted_box(n: int) -> Mesh:
-    """A box of n^3 cells with every inner corner moved; straight edges, which scikit-fem's geometry can follow."""
+    """Mesh a box of n^3 cells with displaced inner corners; edges are straight, as the geometry of scikit-fem needs."""
     size = np.array([0.1, 0.08, 0.06])
     block = Block(shape=lambda u, v, w: (size[0] * u, size[1] * v, size[2] * w), counts=(n, n, n))
     mesh = mesh_blocks([block], HEX20)
@@ -72,7 +72,7 @@ def with_scikit_fem(mesh: Mesh) -> Callable[[], tuple[sp.csr_array, sp.csr_array
         return density * dot(u, v)
 
     def both() -> tuple[sp.csr_array, sp.csr_array]:
-        # Degree 5 is the 3 x 3 x 3 Gauss rule that is used here; the basis is part of the work, as it is there.
+        # Degree 5 is the 3 x 3 x 3 Gauss rule of this package. The basis is timed, as this package times its own.
         basis = Basis(theirs, ElementVector(ElementHexS2()), intorder=5)
         both.places = basis.doflocs.T  # type: ignore[attr-defined]
         return mass.assemble(basis), linear_elasticity(STEEL.lame, STEEL.shear).assemble(basis)
@@ -81,15 +81,15 @@ def with_scikit_fem(mesh: Mesh) -> Callable[[], tuple[sp.csr_array, sp.csr_array
 
 
 def measure(name: str, n: int, answer: "multiprocessing.Queue[Run]") -> None:
-    """Run in a process of its own."""
+    """Measure one package; run in a separate process."""
     mesh = distorted_box(n)
     job = {"stickslip": with_stickslip, "scikit-fem": with_scikit_fem}[name](mesh)
-    # On a few cells first: imports and caches are no part of the comparison.
+    # First on one cell, so that imports and caches are not timed.
     {"stickslip": with_stickslip, "scikit-fem": with_scikit_fem}[name](distorted_box(1))()
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     seconds = []
     for _ in range(REPEATS[name]):
-        start = time.process_time()  # unlike the clock on the wall, it does not see other people's jobs
+        start = time.process_time()  # independent of other jobs on the machine, unlike elapsed time
         mass, stiffness = job()
         seconds.append(time.process_time() - start)
     megabytes = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
@@ -100,12 +100,12 @@ def measure(name: str, n: int, answer: "multiprocessing.Queue[Run]") -> None:
 
 
 def dof_order(mesh: Mesh, places: NDArray[np.float64] | None) -> NDArray[np.int64]:
-    """Where each of this package's degrees of freedom stands in the matrices of the other."""
+    """Index of each degree of freedom of this package in the matrices of the other package."""
     if places is None:
         return np.arange(3 * mesh.n_node)
     distance, node = cKDTree(mesh.points).query(places)
     assert distance.max() < 1e-12, "the two packages do not have the same nodes"
-    # Three at a place, x, y, z in turn.
+    # Each node has three degrees of freedom in the order x, y, z.
     order = np.empty(len(places), dtype=np.int64)
     order[3 * node + np.arange(len(places)) % 3] = np.arange(len(places))
     return order

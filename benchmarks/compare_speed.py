@@ -1,19 +1,19 @@
-"""How long does `stickslip compare` take? Processor and elapsed time and memory of the whole command on four campaigns.
+"""Measure processor time, elapsed time and memory of the command `stickslip compare` on four campaigns.
 
-Each campaign has 4 levels x 40 frequencies x 2 sweeps x 5 repeats x 4 sensors, drawn from the model itself with
-friction histories, jitter of preload and frequency, and 0.5 % noise.
+Each campaign has 4 levels x 40 frequencies x 2 sweeps x 5 repeats x 4 sensors, simulated with the model itself with
+random friction histories, jitter of preload and frequency, and 0.5 % noise.
 
 beam      the shipped beam: 48 degrees of freedom, 6 contacts, Rayleigh damping, a finer model
-forty     a random chain of 39 degrees of freedom with 6 contacts, whose damping no modes uncouple
-many      a random chain of 84 degrees of freedom with 28 contacts of one tangent each, as the paper has them
-coupled   the same with two coupled tangents each
+forty     a random chain of 39 degrees of freedom with 6 contacts and non-proportional damping
+many      a random chain of 84 degrees of freedom with 28 contacts of one tangent each, as in the paper
+coupled   the same chain with two coupled tangents for each contact
 
 Run it with
 
     python -m benchmarks.compare_speed [beam forty many coupled] [--base CHECKOUT] [--profile FILE]
 
-`--base` runs the command of another checkout beside this one, and compares the misfits of all points. Every run has an
-empty store and compiled kernels.
+`--base` also runs the command of another checkout and compares the misfits of all points. Every run starts with an
+empty store and with compiled kernels.
 """
 
 import argparse
@@ -46,24 +46,25 @@ ROOT = Path(__file__).resolve().parents[1]
 LEVELS, N_FREQUENCY, N_REPEAT = (1.0, 3.0, 5.0, 10.0), 40, 5
 BAND = (0.96, 1.04)
 NOISE, PRELOAD_JITTER, FREQUENCY_JITTER = 5e-3, 5e-3, 5e-5
-#: Masses, contacts, their tangents, preload of each [N], at which some of them slip at the highest level, and seed.
+#: Number of masses, contacts and tangents, preload of each contact [N], small enough for slip at the highest level, and
+#: seed.
 CHAINS = {"forty": (13, 6, 2, 1.0, 1), "many": (28, 28, 1, 0.1, 2), "coupled": (28, 28, 2, 0.1, 2)}
 COMMAND = "import sys; from study.cli import main; sys.argv = ['stickslip', *sys.argv[1:]]; sys.exit(main())"
 
 
 def chain(n_mass: int, contacts: int, tangents: int, preload: float, seed: int, *, dashpot: bool) -> Model:
-    """Masses in a chain, three motions each, with contacts to the ground in two or four lines.
+    """Make a chain of masses with three degrees of freedom each and two or four lines of contacts to the ground.
 
     Parameters
     ----------
     n_mass, contacts
-        Numbers of them.
+        Numbers of masses and contacts.
     tangents
-        Of each contact; two are coupled.
+        Number of tangents of each contact; two are coupled.
     preload
-        Of each contact [N].
+        Preload of each contact [N].
     seed
-        Of masses, springs and directions.
+        Seed of masses, springs and directions.
     dashpot
         Whether a dashpot at the first mass couples the modes.
     """
@@ -108,7 +109,7 @@ def chain(n_mass: int, contacts: int, tangents: int, preload: float, seed: int, 
 
 
 def write_chain(model: Model, folder: Path) -> Path:
-    """The case of a chain."""
+    """Write the case of a chain."""
     arrays = {"M": model.system.mass, "C": model.system.damping, "K": model.system.stiffness, **model.places}
     text = [
         'schema = 2\ntitle = "Chain with friction"\n[structure]\nkind = "plain"\nfile = "chain.npz"\n',
@@ -140,7 +141,7 @@ def write_chain(model: Model, folder: Path) -> Path:
 
 
 def write_measurements(model: Model, names: Sequence[str], folder: Path, seed: int) -> None:
-    """A campaign drawn from a model: what four of its sensors read."""
+    """Write a campaign simulated with a model, with readings of the named sensors."""
     random = np.random.default_rng([20261124, 7, seed])
     frequency = stuck_resonance(model) * np.linspace(*BAND, N_FREQUENCY)
     sensors = {sensor.name: sensor for sensor in model.sensors}
@@ -202,7 +203,7 @@ def stuck_resonance(model: Model) -> float:
 
 
 def build(name: str, folder: Path) -> tuple[Path, Path]:
-    """Case and campaign of one name."""
+    """Write case and campaign of a benchmark name; returns both paths."""
     folder.mkdir(parents=True, exist_ok=True)
     if name == "beam":
         model, case, names = beam_model(N_ELEMENT), write_beam_case(folder), ("tip", "mid", "left_T", "left_N")
@@ -214,9 +215,9 @@ def build(name: str, folder: Path) -> tuple[Path, Path]:
 
 
 def run(checkout: Path, case: Path, campaign: Path, out: Path, profile: Path | None = None) -> Mapping[str, float]:
-    """Processor and elapsed time [s] and largest memory [MB] of one command."""
+    """Run the command; returns processor and elapsed time [s] and peak memory [MB]."""
     threads = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPENBLAS")}
-    # An installed program has its bytecode, so a run may write it here too.
+    # An installed program has its bytecode, so a checkout may write it.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     with tempfile.TemporaryDirectory() as store:
@@ -236,7 +237,7 @@ def run(checkout: Path, case: Path, campaign: Path, out: Path, profile: Path | N
 
 
 def agreement(one: Path, other: Path) -> str:
-    """How far two tables of all points are apart, in standard deviations of each number."""
+    """Differences between two tables of all points, in standard deviations of each number."""
     tables = [list(csv.DictReader(next(folder.glob("*_compare.csv")).open())) for folder in (one, other)]
     words = []
     for column in ("standardised_real", "standardised_imag", "whitened_real", "whitened_imag"):

@@ -1,8 +1,8 @@
-"""What a blade with 28 contacts costs: H = 5, 256 samples, 616 harmonic unknowns (`damper_model.py`), one core.
+"""Cost of the contact solver for a blade with 28 contacts: H = 5, 256 samples, 616 unknowns (`damper_model.py`).
 
-Processor time of a residual, of a residual with its Jacobian against 616 forward differences (which are taken, and
-compared with it), of one compiled Newton iteration, of a forced-response curve with 100 points, and the memory that all
-of it adds. Run it with
+Measured on one core are the processor time of a residual, of a residual with its Jacobian against 616 forward
+differences (which also check the Jacobian), of one compiled Newton iteration and of a forced-response curve with 100
+points, and the memory added by all of these. Run it with
 
     python benchmarks/contact_solver.py [force in N ...]
 """
@@ -102,7 +102,7 @@ def measure(force: float) -> None:
     linear = balance.linear(condensed)
     point = BalancePoint(linear, condensed.angular_frequency, condensed.columns, balance.arrays)
 
-    # From the point before, as along the curve.
+    # Start at the previous point, as along the curve.
     neighbour = states[max(states.index(peak) - 1, 0)].motion
 
     def solve() -> int:
@@ -112,7 +112,7 @@ def measure(force: float) -> None:
         return int(iterations)
 
     iterations = max(solve(), 1)
-    # A call evaluates the start as well.
+    # Each call also evaluates the start.
     iteration = (processor_time(solve, 5) - both) / iterations
 
     print(f"\n{system.n_dof} degrees of freedom, {len(system.joints)} contacts, {x.size} unknowns, {force:g} N\n")

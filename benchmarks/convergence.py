@@ -1,8 +1,8 @@
-"""How many harmonics, how many samples: error of the fundamental amplitude against H = 41 with 4096 samples.
+"""Convergence with harmonics and samples: error of the fundamental amplitude against H = 41 with 4096 samples.
 
-Three systems at their resonance: a slider, a wedge in which the normal load varies until the contact lifts off, and a
-stop beside a contact that slides in a plane. Harmonics are varied at 4096 samples; samples at H = 7, against 4096 of
-them. Prints both tables and draws them. Run it with
+Three systems at resonance: a slider, a wedge in which the normal load varies until the contact lifts off, and a stop
+beside a contact that slides in a plane. Harmonics are varied at 4096 samples; samples are varied at H = 7, against 4096
+samples. Prints and draws both tables. Run it with
 
     python benchmarks/convergence.py [convergence.png]
 """
@@ -32,13 +32,16 @@ from reduction.jointed_system import (
 REFERENCE = (41, 4096)
 HARMONICS = (1, 3, 5, 7, 9, 13, 17, 21, 31)
 SAMPLES = (32, 64, 128, 256, 512, 1024, 2048)
-#: H of the study of samples: few enough for the fewest samples.
+#: H while the number of samples is varied; small enough for the smallest number of samples.
 SAMPLED_HARMONIC = 7
 ANGLE = np.deg2rad(30)
 
 
 def oscillators(joints: list[Joint], force: float) -> JointedSystem:
-    """Two masses of 1 kg in x and y (x1, y1, x2, y2), a spring of 1e6 N/m each to the ground and 5e5 between them."""
+    """Two masses of 1 kg in x and y (x1, y1, x2, y2), on springs to the ground, with 5e5 N/m between them in x.
+
+    The springs to the ground have 1e6 N/m in x and 1.2e6 N/m in y.
+    """
     stiffness = np.diag([1.5e6, 1.2e6, 1.5e6, 1.2e6])
     stiffness[0, 2] = stiffness[2, 0] = -5e5
     load = np.zeros((2, 4))
@@ -90,7 +93,7 @@ def solve(
 
 
 def resonance(system: JointedSystem) -> SteadyState:
-    """The state of largest amplitude on a fine grid, rising, of the points that converge; H = 9."""
+    """Steady state of largest amplitude at rising frequencies of a fine grid; H = 9. Unconverged points are skipped."""
     states: list[SteadyState] = []
     balance = HarmonicBalance(system=system, n_harmonic=10, n_sample=512)
     for omega in np.linspace(900.0, 1300.0, 201):
@@ -100,7 +103,7 @@ def resonance(system: JointedSystem) -> SteadyState:
 
 
 def errors(system: JointedSystem) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Relative errors over `HARMONICS` and over `SAMPLES`."""
+    """Relative errors for `HARMONICS` and for `SAMPLES`."""
     peak = resonance(system)
     omega = peak.angular_frequency
     reference = solve(system, omega, *REFERENCE, peak)
@@ -108,7 +111,7 @@ def errors(system: JointedSystem) -> tuple[NDArray[np.float64], NDArray[np.float
     by_harmonic = [
         abs(solve(system, omega, count, REFERENCE[1], reference).amplitude(0) / exact - 1) for count in HARMONICS
     ]
-    # Beside the same harmonics on the finest samples, so that the truncation is not counted.
+    # Reference with the same harmonics and the most samples, which excludes the truncation error.
     finest = solve(system, omega, SAMPLED_HARMONIC, REFERENCE[1], reference).amplitude(0)
     by_sample = [
         abs(solve(system, omega, SAMPLED_HARMONIC, count, reference).amplitude(0) / finest - 1) for count in SAMPLES

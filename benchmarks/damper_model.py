@@ -1,9 +1,9 @@
-"""A blade with a platform and two dampers, 28 contacts: the size of problem for which the solver was made.
+"""A blade with a platform, two dampers and 28 contacts: the problem size for which the solver was designed.
 
-Beams: a clamped steel blade bends in x; a platform across its middle, a damper below each side of it, a de-coupler
-beside each damper. The last five are beams along z with seven nodes, at which the contacts are; the centrifugal load
-lifts the dampers in y into the wedges between platform and de-couplers. A rotation of the blade raises one side of the
-platform and lowers the other, so that normal loads change with the vibration.
+All parts are beams: a clamped steel blade that bends in x; a platform across its middle, a damper below each side of
+the platform, and a de-coupler beside each damper. The last five are beams along z with seven nodes each, at which the
+contacts are; the centrifugal load presses the dampers in y into the wedges between platform and de-couplers. A rotation
+of the blade raises one side of the platform and lowers the other, so that the normal loads change with the vibration.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ YOUNG, DENSITY = 2.1e11, 7800.0
 BLADE_LENGTH, BLADE_SECTION, BLADE_ELEMENTS = 0.35, (0.018, 0.04), 20
 N_NODE = 7
 Z = np.linspace(-0.018, 0.018, N_NODE)
-#: Height in x and in y [m].
+#: Height of the section in x and in y [m].
 SECTIONS = {
     "platform": (0.02, 0.016),
     "left": (0.014, 0.012),
@@ -25,11 +25,12 @@ SECTIONS = {
     "left de-coupler": (0.024, 0.024),
     "right de-coupler": (0.024, 0.024),
 }
-#: Distance of the contacts of the platform from the axis of the blade [m], and of the wedge from the horizontal [rad].
+#: Distance of the platform's contacts from the axis of the blade [m], and angle of the wedge to the horizontal [rad].
 CONTACT_OFFSET, WEDGE_ANGLE = 0.022, np.deg2rad(8.53)
 CENTRIFUGAL_LOAD = 55.0
 TANGENTIAL_STIFFNESS, NORMAL_STIFFNESS, FRICTION_COEFFICIENT = 4.6e6 / N_NODE, 8.5e6 / N_NODE, 0.8
-#: The de-couplers rest on load cells; a wire keeps a damper that slides altogether from drifting off [N/m].
+#: Stiffness of each load cell below a de-coupler, and of the wire at each node of a damper [N/m]. The wires prevent a
+#: damper in full slip from drifting.
 LOAD_CELL, WIRE = 4e7, 2000.0 / N_NODE
 CROWNING, ROUGHNESS = 1.5e-6, 0.4e-6
 DAMPING_RATIO = 0.002
@@ -38,7 +39,7 @@ Matrix = NDArray[np.float64]
 
 
 def beam(length: float, elements: int, height: float, width: float) -> tuple[Matrix, Matrix]:
-    """Mass and stiffness of an Euler-Bernoulli beam that bends along its height; deflection and slope a node."""
+    """Mass and stiffness of an Euler-Bernoulli beam that bends along its height; each node has deflection and slope."""
     h = length / elements
     rigidity, line_mass = YOUNG * width * height**3 / 12, DENSITY * width * height
     c, s = 6 * h, h * h
@@ -53,7 +54,7 @@ def beam(length: float, elements: int, height: float, width: float) -> tuple[Mat
 
 
 def damper_system(force: float) -> JointedSystem:
-    """The blade with its 28 contacts under a force at 30 % of its length [N]; its tip is degree of freedom `TIP`."""
+    """Blade with 28 contacts under a force [N] at 30 % of its length; its tip is degree of freedom `TIP`."""
     blocks = [beam(BLADE_LENGTH, BLADE_ELEMENTS, *BLADE_SECTION)]
     for x, y in SECTIONS.values():
         blocks += [beam(Z[-1] - Z[0], N_NODE - 1, x, y), beam(Z[-1] - Z[0], N_NODE - 1, y, x)]
@@ -71,7 +72,7 @@ def damper_system(force: float) -> JointedSystem:
         for node in (1, 3, 5):
             for dof in (in_x[f"{side} de-coupler"][node], in_y[f"{side} de-coupler"][node]):
                 stiffness[dof, dof] += LOAD_CELL
-    # The platform's middle moves with the blade, and turns neither against it nor in y.
+    # The middle of the platform follows the blade in x; its slopes and its deflection in y are zero.
     shared = in_x["platform"][N_NODE // 2]
     rows[shared] = 0.0
     rows[shared, middle] = 1.0
@@ -116,7 +117,7 @@ def damper_system(force: float) -> JointedSystem:
     )
 
 
-#: The tip's deflection, among the degrees of freedom that are not held.
+#: Index of the deflection of the tip among the free degrees of freedom.
 TIP = 2 * BLADE_ELEMENTS - 2
 
 

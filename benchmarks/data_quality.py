@@ -1,8 +1,10 @@
-"""False alarms and finds of `correlation.data_quality` on random campaigns: ``python -m benchmarks.data_quality [N]``.
+"""False and correct alarms of `correlation.data_quality` on random campaigns.
 
-Clean campaigns are of random oscillators (`random_oscillators`), with noise, jitter of the repeats, one or two sweeps
-and one to three levels; of the others each has one planted trait. The seeds are committed and none of them set a
-constant.
+    python -m benchmarks.data_quality [N]
+
+Clean campaigns come from random oscillators (`random_oscillators`), with noise, jitter between repeats, one or two
+sweeps and one to three levels; each of the others has one planted mistake (trait). No constant of the program was set
+with these seeds.
 """
 
 import sys
@@ -30,7 +32,7 @@ TRAITS = (
 
 
 def draw_campaign(seed: int) -> Campaign:
-    """A clean campaign: two sensors on a random oscillator and a mode beside it."""
+    """Draw a clean campaign: two sensors on a random oscillator, the second also on another mode."""
     random = np.random.default_rng([SEED, seed])
     one, force = draw_oscillator(str(random.choice(KINDS)), random)
     noise, jitter = 10 ** random.uniform(-3.5, -1.5), 10 ** random.uniform(-5, -3)
@@ -68,7 +70,7 @@ def draw_campaign(seed: int) -> Campaign:
 
 
 def insert_mistake(campaign: Campaign, trait: str) -> Campaign | None:
-    """The campaign with a trait; None where it cannot have it."""
+    """Copy of the campaign with a trait; None if the campaign cannot have it."""
     table = campaign.measurement
     n_repeat = int(table.repeat.max())
     changes: dict[str, np.ndarray] = {}
@@ -110,7 +112,7 @@ def is_found(campaign: Campaign, trait: str) -> bool:
 
 
 def score(n: int, report: Callable[[str], None]) -> tuple[int, dict[str, tuple[int, int]]]:
-    """Clean campaigns with an alarm, and of each trait how many were found of how many."""
+    """Number of clean campaigns with an alarm, and for each trait the numbers of found and planted ones."""
     alarms, finds = 0, dict.fromkeys(TRAITS, (0, 0))
     for seed in range(n):
         clean = draw_campaign(seed)

@@ -1,8 +1,8 @@
-"""The lowest modes of the clamped blade: block Lanczos of this package against ARPACK, on the same factor.
+"""Compare block Lanczos of this package with ARPACK: lowest modes of the clamped blade, from the same factor.
 
-Both run from one factorisation, each in a process forked from it, one thread, one after the other. Run it with
+Each solver runs in a process forked after the factorisation, with one thread, one after the other. Run it with
 
-    python benchmarks/eigensolver.py [elements through the thickness, and more of them] [--modes N]
+    python benchmarks/eigensolver.py [elements through the thickness ...] [--modes N ...]
 """
 
 import argparse
@@ -33,7 +33,7 @@ ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THRE
 
 
 class CountedFactor:
-    """A factor that counts the right-hand sides it is given."""
+    """Factor that counts the right-hand sides that it solves."""
 
     def __init__(self, factor: Factor) -> None:
         self.factor, self.columns = factor, 0
@@ -47,7 +47,7 @@ class CountedFactor:
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """Best processor time [s], right-hand sides, memory added [MB], eigenvalues, largest energy-norm residual."""
+    """Shortest processor time [s], right-hand sides, memory added [MB], eigenvalues, largest energy-norm residual."""
 
     seconds: float
     columns: int
@@ -70,7 +70,8 @@ def with_arpack(system: LinearSystem, factor: Factor, n_mode: int) -> tuple[NDAr
     n = system.n_dof
     inverse = LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
     start = np.random.default_rng(0).standard_normal(n)
-    # Of tolerances 1e-9 and 1e-13 and bases of 2 to 3 times the modes, the fastest with residuals as small as ours.
+    # Fastest of the tolerances 1e-9 and 1e-13 and bases of 2 to 3 times the modes, with residuals as small as those of
+    # block Lanczos.
     lambda_, shapes = eigsh(
         system.stiffness, k=n_mode, M=system.mass, sigma=0.0, OPinv=inverse, tol=1e-9, v0=start, ncv=2 * n_mode + 1
     )
@@ -82,16 +83,16 @@ SOLVERS = {"stickslip": with_stickslip, "ARPACK": with_arpack}
 
 
 def measure(name: str, system: LinearSystem, factor: Factor, n_mode: int, answer: "multiprocessing.Queue[Run]") -> None:
-    """Run in a process of its own."""
+    """Measure one solver; run in a separate process."""
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     seconds = []
     for _ in range(REPEATS):
         counted = CountedFactor(factor)
-        start = time.process_time()  # unlike the clock on the wall, it does not see other people's jobs
+        start = time.process_time()  # independent of other jobs on the machine, unlike elapsed time
         lambda_, shapes = SOLVERS[name](system, counted, n_mode)
         seconds.append(time.process_time() - start)
     megabytes = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
-    # ||K x - lambda M x|| in the inverse stiffness over ||x|| in the stiffness, by way of the factor.
+    # ||K x - lambda M x|| in the norm of the inverse stiffness, over ||x|| in the norm of the stiffness.
     rest = factor.solve(system.mass @ shapes) - shapes / lambda_
     residual = np.sqrt(lambda_ * np.einsum("nm,nm->m", rest, system.stiffness @ rest)).max()
     answer.put(
@@ -111,9 +112,9 @@ def main() -> None:
     parser.add_argument("--modes", nargs="*", type=int, default=[10, 50, 150])
     arguments = parser.parse_args()
     if any(os.environ.get(name) != "1" for name in ONE_THREAD):
-        # Libraries read it when they are loaded, so this has to start anew.
+        # Libraries read the variables when they are loaded, so the process is replaced.
         os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **ONE_THREAD})
-    context = multiprocessing.get_context("fork")  # so that both have the factor
+    context = multiprocessing.get_context("fork")  # so that both solvers share the factor
     print("| degrees of freedom | modes | solver | processor time | right-hand sides | memory added | residual |")
     print("|---|---|---|---|---|---|---|")
     notes = []

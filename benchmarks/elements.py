@@ -1,9 +1,9 @@
-"""What the elements cost in accuracy: the tables of docs/elements.md.
+"""Measure the discretisation error of the elements: tables of docs/elements.md.
 
     python benchmarks/elements.py
 
-Order of convergence on bricks, on smoothly bent cells and on trapezoids that keep their shape; parasitic shear of the
-8-node brick. Under a minute.
+Order of convergence on bricks, on smoothly curved cells and on trapezoids whose shape is independent of the mesh size;
+parasitic shear of the 8-node brick. Takes less than a minute.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ from fe.modal import modes
 Array = NDArray[np.float64]
 Map = Callable[[Array, Array, Array], tuple[Array, Array, Array]]
 WALLS = {"u0": "x0", "u1": "x1", "v0": "y0", "v1": "y1", "w0": "z0", "w1": "z1"}
-#: Flat, so that the first modes do not depend on y and one cell in that direction is enough [m].
+#: Size of the box [m]: thin in y, so that the first modes do not depend on y and one cell in y is sufficient.
 SIZE = (1.0, 0.1, 0.6)
 
 
@@ -31,7 +31,7 @@ def bricks(_: int) -> Map:
 
 
 def bent(_: int) -> Map:
-    """One smooth map for all n: the finer the mesh, the nearer its cells are to parallelepipeds."""
+    """The same smooth map for all n: with a finer mesh the cells approach parallelepipeds."""
 
     def shape(u: Array, v: Array, w: Array) -> tuple[Array, Array, Array]:
         x = u + 0.1 * np.sin(np.pi * u) * np.cos(np.pi * w)
@@ -42,7 +42,7 @@ def bent(_: int) -> Map:
 
 
 def trapezoids(n: int) -> Map:
-    """Every second row of nodes goes up and down by 0.4 of a cell, whatever n is."""
+    """Every second row of nodes is displaced up and down by 0.4 of a cell for every n."""
 
     def shape(u: Array, v: Array, w: Array) -> tuple[Array, Array, Array]:
         up_and_down, odd_row = 2 * np.abs(u * n % 2 - 1) - 1, 1 - np.abs(w * n % 2 - 1)

@@ -1,13 +1,13 @@
-"""Are the parameters of random systems found again by calibration onto their measured families?
+"""Errors of the parameters of random systems after calibration to their measured families.
 
     OMP_NUM_THREADS=1 python -m benchmarks.family_calibration [--systems 2000:4000] [--most 30] [--output FILE]
 
-A specimen has other tangential stiffnesses and another friction coefficient than its model, by factors with a standard
-deviation of 10 and 15 %. It is measured by time integration as in `benchmarks.family_coverage`, and both factors are
-fitted from 1. Friction histories fill nine tenths of the friction limits, or less with --history.
+The tangential stiffnesses and the friction coefficient of a specimen differ from those of its model by factors with a
+standard deviation of 10 and 15 %. The specimen is measured by time integration as in `benchmarks.family_coverage`, and
+both factors are fitted from 1. Friction histories reach 0.9 of the friction limits, or the fraction of --history.
 
-Seeds below 1000 are for development. Of each system the errors of both factors are printed, and at the end their
-medians. A friction coefficient that the levels do not show cannot be found, so that medians count.
+Seeds below 1000 are for development. The errors of both factors are printed for each system, and their medians at the
+end. Some levels do not determine the friction coefficient, so the medians are the score.
 """
 
 import argparse
@@ -35,12 +35,12 @@ from transient.errors import TransientError
 
 #: Standard deviations of the logarithms of the hidden factors.
 HIDDEN = {"kt": 0.10, "mu": 0.15}
-#: Processor time to measure a specimen and to fit its model [s]; frequencies of the bands in the loop.
+#: Largest processor time to measure a specimen, and to fit its model [s]; number of frequencies in the fit.
 PATIENCE, N_FREQUENCY = 90.0, 10
 
 
 def calibrate(seed: int) -> Mapping[str, Any] | None:
-    """Errors of the factors of one system; None if it is of no use."""
+    """Errors of the factors of one system; None if the seed has no usable system."""
     model = family_coverage.random_model(seed)
     parameters = [] if model is None else [item for item in list_calibration_parameters(model) if item.name in HIDDEN]
     if model is None or len(parameters) < len(HIDDEN):
@@ -63,14 +63,14 @@ def calibrate(seed: int) -> Mapping[str, Any] | None:
         begin = time.process_time()
         with limited(PATIENCE):
             fit = fit_families(compose, parameters, np.ones(len(parameters)), target)
-    except (TransientError, TimeUp, SystemError, InputError, NoSteadyState) as error:  # time may be up in compiled code
+    except (TransientError, TimeUp, SystemError, InputError, NoSteadyState) as error:  # SystemError: from compiled code
         return {"seed": seed, "error": f"{type(error).__name__}: {error}"}
     result = dict(zip(names, (fit.values / hidden - 1).tolist(), strict=True))
     return {"seed": seed, **result, "models": fit.n_evaluation, "seconds": time.process_time() - begin}
 
 
 def main() -> None:
-    """Run and summarise."""
+    """Run the systems and print the medians."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--systems", default="2000:4000", help="seeds, first:last+1; not all are of use")
     options.add_argument("--most", type=int, default=30, help="systems at most")

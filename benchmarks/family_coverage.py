@@ -1,19 +1,19 @@
-"""Do limits hold the families that a model itself would measure, and do other models' families leave them?
+"""Coverage of limits: they should contain the families of their own system, and not those of a changed one.
 
     OMP_NUM_THREADS=1 python -m benchmarks.family_coverage [--systems 1000:5000] [--change preload] [--jitter 0]
         [--scatter 0] [--processes 2] [--output coverage.json]
 
-A campaign is measured on a random system by time integration (`transient.virtual_bench.sweep`), which knows neither
-harmonics nor limits: friction histories at random, up and down sweeps, noise of 0.5 %. Its families are then laid over
-the limits of the same system, as `stickslip compare --limits` does it. With --change the measured system differs:
-"preload" has 40 % less of it, "kt" tangential stiffnesses times 0.7.
+A campaign is measured on a random system by time integration (`transient.virtual_bench.sweep`), independently of
+harmonic balance and limits: random friction histories, up and down sweeps, noise of 0.5 %. Its families are then
+compared with the limits of the same system, as in `stickslip compare --limits`. With --change the measured system
+differs: "preload" is 40 % lower preload and static load, "kt" tangential stiffnesses times 0.7.
 
-Seeds below 1000 are for development: search, reading and the design of the benchmark were changed on them. The score
+Seeds below 1000 are for development: search, reading and the design of the benchmark were changed with them. The score
 is that of the first 100 systems from seed 1000 on, which is the default.
 
-systems        `benchmarks.random_systems`: at most 6 masses; damping ratio of 0.5 % at least, because transients of
-               less take minutes to integrate; 1 to 3 contacts that are closed at rest, each with one tangent, in one
-               line (a gap has branches that no friction history leads to: --gaps leaves them in)
+systems        `benchmarks.random_systems`: at most 6 masses; damping ratio of at least 0.5 %, because lower damping
+               takes minutes to integrate; 1 to 3 contacts that are closed at rest, each with one tangent, in one line
+               (an open gap has branches that no friction history leads to; --gaps keeps open contacts)
 levels         the load of the system times 0.3, 1 and 3
 frequencies    6, from 3 % below to 3 % above the first driven resonance with the contacts stuck
 sensors        displacement of the loaded mass; tangential and normal force of the line, static and dynamic
@@ -21,10 +21,10 @@ histories      friction force of each contact at rest between -0.9 and 0.9 of it
 repeats        2, each swept up and down
 noise          0.5 % and a floor of 1e-4 of the largest reading of the sensor
 search         population 8, 16 random histories, 10 frequencies, 7 harmonics
-patience       90 s of processor time to measure a campaign, most take 15: a motion that does not repeat takes many
-               minutes, and its campaign counts as not measured
-stability      a steady state that a small push leaves within 30 periods is no reading: no test could hold it, though
-               a search for steady states finds it
+patience       90 s of processor time to measure a campaign, most take 15: a motion that does not become periodic takes
+               many minutes, and its campaign counts as not measured
+stability      a steady state that is left within 30 periods of a small push is not recorded: no test could hold it,
+               although a search for steady states finds it
 """
 
 import argparse
@@ -65,22 +65,25 @@ SPAN, N_FREQUENCY = 0.03, 6
 N_REPEAT, HISTORY = 2, 0.9
 NOISE, FLOOR = 0.005, 1e-4
 HARMONICS = 8
-#: Of the integration: forces of a contact that slips throughout turn round within a hundredth of a period. With half as
-#: many steps their means were off by ten times the noise.
+#: Time steps per period: the force of a contact in full slip reverses within a hundredth of a period. With half as many
+#: steps, mean forces were wrong by ten times the noise.
 STEPS_PER_PERIOD = 1024
 FREQUENCIES = 10
 TABLE = LimitsTable(population=8, samples=16)
-#: Numerical error of what integrates against what balances: no mesh differs.
+#: Numerical error between time integration and harmonic balance; both use the same matrices, so no mesh differs.
 BUDGET = Budget(frequency=5e-5, compliance=0.0, shares=0.0)
-#: Processor time to measure a campaign [s].
+#: Largest processor time to measure a campaign [s].
 PATIENCE = 90.0
-#: Periods after a push.
+#: Periods of the stability test after a push.
 N_PUSH = 30
 PRELOAD_JITTER, FREQUENCY_JITTER = 0.01, 3e-4
 
 
 def random_model(seed: int, *, gaps: bool = False) -> Model | None:
-    """A random system as a model with sensors and a line; None if it is too large, too light in damping or open."""
+    """Random system as a model with sensors and a line.
+
+    None if it has too many masses, too many or no contacts, too little damping or a contact that is open at rest.
+    """
     problem = random_problem(seed)
     contacts = [
         item
@@ -104,7 +107,7 @@ def random_model(seed: int, *, gaps: bool = False) -> Model | None:
 
 
 def damping_ratio(system: JointedSystem) -> float:
-    """Least modal damping ratio without contacts [-]."""
+    """Smallest modal damping ratio without contacts [-]."""
     modes = compute_dense_modes(system.mass, system.stiffness)
     damping = np.einsum("im,ij,jm->m", modes.mode_shapes, system.damping, modes.mode_shapes)
     return float((damping / (2 * np.sqrt(modes.lambda_))).min())
@@ -120,7 +123,7 @@ def closed_at_rest(system: JointedSystem) -> bool:
 
 
 def frequencies(model: Model) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """About the first resonance that the force drives, all contacts that are closed at rest stuck [Hz]."""
+    """Frequencies around the first resonance that the force excites, with all contacts closed at rest stuck [Hz]."""
     system = model.system
     modes = compute_dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
     moved = np.abs(modes.mode_shapes.T @ system.dynamic[1]) ** 2 / modes.lambda_
@@ -130,7 +133,7 @@ def frequencies(model: Model) -> np.ndarray[Any, np.dtype[np.float64]]:
 
 
 def changed(system: JointedSystem, change: str) -> JointedSystem:
-    """Another system than the model's."""
+    """Measured system with the given change of the model's system."""
     if change == "kt":
         joints = [item.with_values({"tangential_stiffness": 0.7 * item.tangential_stiffness}) for item in system.joints]
         return replace(system, joints=joints)
@@ -138,13 +141,13 @@ def changed(system: JointedSystem, change: str) -> JointedSystem:
 
 
 def pressed(system: JointedSystem, ratio: float) -> JointedSystem:
-    """Preloads and static load times a ratio."""
+    """System with preloads and static load multiplied by a ratio."""
     joints = [item.with_values({"preload": ratio * item.preload}) for item in system.joints]
     return replace(system, joints=joints, static_load=ratio * system.static)
 
 
 def measure(model: Model, random: np.random.Generator, change: str, jitter: float, scatter: float = 0.0) -> Campaign:
-    """A campaign on the system of a model by time integration."""
+    """Measure a campaign on the system of a model by time integration."""
     rows = {item.name: item.row for item in model.sensors if isinstance(item, Sensor)}
     place = frequencies(model)
     both = [*place, *reversed(place)]
@@ -176,7 +179,7 @@ def measure(model: Model, random: np.random.Generator, change: str, jitter: floa
 
 
 def campaign(model: Model, records: Any, values: Any, random: np.random.Generator) -> Campaign:
-    """Readings with noise; without a column of forces these are the levels."""
+    """Campaign of readings with added noise; without a column of forces, the forces are the levels."""
     repeat, sweep, level, frequency, sensor, harmonic = records.T[:6]
     force = records.T[6] if records.shape[1] > 6 else level
     n = len(values)
@@ -201,7 +204,7 @@ def campaign(model: Model, records: Any, values: Any, random: np.random.Generato
 
 
 def verdicts_of(model: Model, measured: Campaign, budget: Budget = BUDGET) -> tuple[FamilyVerdict, ...]:
-    """What the command says of the campaign."""
+    """Verdicts on the families of a campaign, as in `stickslip compare --limits`."""
     families = measured_families(measured)
     chosen, _ = select_families(model, measured, families)
     search = make_family_search(model, budget, measured, chosen, TABLE, None, most=FREQUENCIES, fewest=FREQUENCIES)
@@ -211,7 +214,7 @@ def verdicts_of(model: Model, measured: Campaign, budget: Budget = BUDGET) -> tu
 
 
 def run(job: tuple[int, str, float, float, bool]) -> Mapping[str, Any]:
-    """One system."""
+    """Result of one system."""
     seed, change, jitter, scatter, gaps = job
     begin = time.process_time()
     model = random_model(seed, gaps=gaps)
@@ -237,7 +240,7 @@ def run(job: tuple[int, str, float, float, bool]) -> Mapping[str, Any]:
 
 
 def summarise(results: list[Mapping[str, Any]]) -> None:
-    """Coverage by level and claims of failure."""
+    """Print failures, coverage by level, and campaigns whose families leave their limits."""
     done = [item for item in results if "rows" in item]
     failed = [item for item in results if "error" in item]
     print(f"{len(done)} campaigns, {len(failed)} could not be measured or compared")
@@ -260,7 +263,7 @@ def summarise(results: list[Mapping[str, Any]]) -> None:
 
 
 def main() -> None:
-    """Run and summarise."""
+    """Run the systems and print the summary."""
     words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     words.add_argument("--systems", default="1000:5000", help="seeds, first:last+1; not all are of use")
     words.add_argument("--most", type=int, default=100, help="campaigns at most")

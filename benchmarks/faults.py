@@ -1,14 +1,15 @@
-"""Faults of machine and user at every long command: what is finished is neither lost nor computed again.
+"""Inject faults of machine and user into every long command: finished work must not be lost or computed again.
 
-Each fault is followed by the same command without it, whose files must be those of a run that nothing happened to, and
-which must not compute again what was stored. Faults are
+After each fault the same command runs again without it. Its files must equal those of an undisturbed run, and it must
+not compute stored results again. Faults are
 
 - SIGINT, SIGTERM and SIGKILL at random moments;
-- a full disk (a small tmpfs) for results and for the cache, a read-only one for results, a folder of results that
-  vanishes while the command runs;
-- two processes at once with one folder of results and one cache;
-- a changed byte in every stored file; results of another version with a sound checksum;
-- few file handles; a worker process that is killed.
+- a full disk (a small tmpfs) for results and for the cache, a read-only disk for results, a folder of results that is
+  deleted while the command runs;
+- two processes at the same time with one folder of results and one cache;
+- a changed byte in every stored file; results of another version with a valid checksum;
+- few file handles; a killed worker process;
+- a system clock that is set back by a year.
 
     python -m benchmarks.faults [--count MOMENTS] [--only WORD ...]        (as root, for the disks)
 """
@@ -39,16 +40,16 @@ from benchmarks.two_masses import write_two_masses
 
 ROOT = Path(__file__).parents[1]
 SEED = 33
-#: Longest run of any command here [s].
+#: Time limit of each command [s].
 LONGEST = 900
 YEAR = 365 * 24 * 3600.0
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
-#: Exit codes of a run that was interrupted: by a signal that Python heard, or none, or did not live to hear.
+#: Exit codes of an interrupted run: signal handled by Python; finished before the signal; ended by the signal itself.
 INTERRUPTED = {3, 0, -signal.SIGKILL, -signal.SIGTERM, -signal.SIGINT}
-#: Times of writing, which CAD kernel, reduced models and the history of a diagnosis put into their files.
+#: Times of writing in the files of the CAD kernel, reduced models and diagnosis histories.
 TIMES = re.compile(rb"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\+00:00)?)?")
 
-#: What the rows of `table1` took, in its page and its table.
+#: Time and memory of the rows of `table1`, in its page and its table.
 COST = re.compile(rb'<td class="cost">[^<]*</td>')
 COSTS = {"seconds", "memory_bytes"}
 
@@ -118,7 +119,7 @@ COMMANDS = {
 
 
 class Bench:
-    """One command in a folder of its own, with the files of an undisturbed run.
+    """One command in a separate folder, with the digests of the files of an undisturbed run.
 
     Parameters
     ----------
@@ -163,25 +164,25 @@ class Bench:
         return subprocess.CompletedProcess(self.command.words, process.returncode, "", errors)
 
     def clean(self) -> None:
-        """Forget results, cache and histories."""
+        """Delete results, cache and histories."""
         for place in (self.cache, self.out):
             shutil.rmtree(place, ignore_errors=True)
         for history in self.folder.glob("*.history.json"):
             history.unlink()
 
     def digests(self) -> dict[str, str]:
-        """Hashes of the result files, but for times of writing."""
+        """Hashes of the result files, without times of writing."""
         return {
             str(file.relative_to(self.out)): hashlib.sha256(_content(file)).hexdigest()
             for file in sorted(self.out.rglob("*")) if file.is_file()
         }  # fmt: skip
 
     def stored(self) -> dict[Path, int]:
-        """Stored results and when they were written [ns]."""
+        """Stored results and their modification times [ns]."""
         return {file: file.stat().st_mtime_ns for file in (self.cache / "objects").rglob("*.npz")}
 
     def judge(self, before: Mapping[Path, int] | None = None) -> str:
-        """What is wrong after the command has run again; empty if nothing is."""
+        """Run the command again; returns a description of what is wrong, or an empty string."""
         done = self.run()
         if done.returncode or "Traceback" in done.stderr:
             return f"the same command ends with {done.returncode}: {done.stderr.strip()[-200:]}"
@@ -217,7 +218,7 @@ def _ends_well(code: int, errors: str, codes: set[int]) -> str:
 
 
 def signals(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
-    """Signals at random moments, at most `count` of each."""
+    """Signals at random moments, `count` of each."""
     for number in range(count * len(SIGNALS)):
         which = SIGNALS[number % len(SIGNALS)]
         bench.clean()
@@ -226,7 +227,7 @@ def signals(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str
         with suppress(subprocess.TimeoutExpired):
             process.wait(moment)
         with suppress(ProcessLookupError):
-            # A terminal sends Ctrl-C to all processes of the command; others send to the first alone.
+            # A terminal sends Ctrl-C to all processes of the command; other signals go to the first process only.
             (os.killpg if which == signal.SIGINT else os.kill)(process.pid, which)
         _, errors = process.communicate(timeout=LONGEST)
         before = bench.stored()
@@ -236,7 +237,7 @@ def signals(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str
 
 @contextmanager
 def disk(place: Path, options: str) -> Iterator[None]:
-    """A small disk in place of a folder."""
+    """Mount a small disk at a folder."""
     place.mkdir(exist_ok=True)
     subprocess.run(["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(place)], check=True)
     try:
@@ -246,14 +247,14 @@ def disk(place: Path, options: str) -> Iterator[None]:
 
 
 def disks(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
-    """Full, read-only and vanished places."""
+    """Full disks, a read-only disk and a deleted folder."""
     for _ in range(count):
         for what, place in (("full disk for results", bench.out), ("full disk for the cache", bench.cache)):
             bench.clean()
             with disk(place, f"size={draw.choice((4, 16, 64))}k"):
                 done = bench.run()
                 words = _ends_well(done.returncode, done.stderr, {0, 1, 2} if place == bench.cache else {0, 2})
-                # A disk that all fits on is no fault.
+                # No message is expected if the disk was large enough.
                 told = done.returncode == 0 or "cannot be written" in done.stderr
             shutil.rmtree(place, ignore_errors=True)
             yield what, words or ("" if told else f"no sentence: {done.stderr[-200:]}") or bench.judge()
@@ -270,7 +271,7 @@ def disks(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, 
 
 
 def two_at_once(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
-    """Two processes with one folder and one cache."""
+    """Two processes with one folder of results and one cache."""
     for _ in range(count):
         bench.clean()
         first = bench.start()
@@ -298,7 +299,7 @@ def damage(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str,
 
 
 def _make_older(file: Path) -> None:
-    """Give a record a class that there is no more, under a sound checksum."""
+    """Change the classes of a record to ones that do not exist, with a valid checksum."""
     with zipfile.ZipFile(file) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
     members["tree.json"] = re.sub(rb'"(hbsolve|reduction|fe|study)\.', rb'"\1.gone.', members["tree.json"])
@@ -311,7 +312,7 @@ def _make_older(file: Path) -> None:
 
 
 def clock_set_back(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
-    """What an interrupted run left is from the future when the command runs again."""
+    """Files of an interrupted run have modification times a year in the future when the command runs again."""
     for _ in range(count):
         bench.clean()
         process = bench.start(start_new_session=True)
@@ -328,7 +329,7 @@ def clock_set_back(bench: Bench, count: int, draw: random.Random) -> Iterator[tu
 
 
 def few_handles(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
-    """Fewer open files than a run needs, or hardly enough."""
+    """Fewer file handles than a run needs, or barely enough."""
     for _ in range(count):
         bench.clean()
         most = draw.choice((16, 24, 40, 64))
@@ -341,7 +342,7 @@ def few_handles(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple
 
 
 def killed_worker(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
-    """A process of the pool is killed, where the command has one by then."""
+    """Kill a process of the worker pool, if the command has started one."""
     for _ in range(count):
         bench.clean()
         process, end, killed = bench.start(), time.monotonic() + bench.seconds, False
@@ -360,12 +361,12 @@ def killed_worker(bench: Bench, count: int, draw: random.Random) -> Iterator[tup
 
 
 def _workers(process: int) -> list[int]:
-    """Processes that a process has started, and those have, from the last to the first."""
+    """Descendants of a process, each after its own descendants."""
     result = []
     for folder in Path("/proc").glob("[0-9]*"):
         with suppress(OSError, IndexError):
             fields = (folder / "stat").read_text().rpartition(")")[2].split()
-            # Python's own process that looks after shared memory does no work of the command.
+            # Python's resource tracker does no work of the command.
             if int(fields[1]) == process and b"resource_tracker" not in (folder / "cmdline").read_bytes():
                 result += [*_workers(int(folder.name)), int(folder.name)]
     return result
@@ -378,7 +379,7 @@ FAULTS: Mapping[str, Callable[[Bench, int, random.Random], Iterator[tuple[str, s
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the table; 1 if anything was lost, computed again or ended in a traceback."""
+    """Print the table; returns 1 if anything was lost, computed again or ended in a traceback."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=17, help="moments of each fault")
     parser.add_argument("--only", nargs="*", default=[], help="commands or faults")

@@ -1,15 +1,15 @@
-"""The hidden-effect test: does a diagnosis name the effect that the virtual test bench has hidden in a campaign?
+"""Hidden-effect test: does a diagnosis name the effect that the virtual test bench planted in a campaign?
 
     python -m benchmarks.hidden_effects --workers 2
 
-makes and diagnoses 20 campaigns for each kind of effect, 100 without any, and 20 for each of three that the catalogue
-lacks; seeds from 130000 on. Every campaign is a line of `records.jsonl` in the folder; interrupted and run again, it
-goes on where it was. Then, and by `--score` alone, it writes the score: `score.md` (tables with Wilson's intervals of
-95 %) and `confusion.png`.
+makes and diagnoses 20 campaigns for each kind of effect, 100 without an effect, and 20 for each of three effects that
+are missing from the catalogue; seeds from 130000 on. Each campaign is a line of `records.jsonl` in the folder; an
+interrupted run continues when it is started again. Then, or with `--score` alone, it writes the score: `score.md`
+(tables with Wilson's intervals of 95 %) and `confusion.png`.
 
     python -m benchmarks.hidden_effects --groups
 
-writes `hidden_effects_groups.toml`: effects that this layout of tests cannot tell apart, before anything is scored.
+writes `hidden_effects_groups.toml`: effects that this layout of tests cannot separate. It is run before any scoring.
 """
 
 import argparse
@@ -23,14 +23,14 @@ from benchmarks.hidden_effects_run import Work, run
 
 
 def main(arguments: list[str] | None = None, work: Work | None = None, groups: Groups | None = None) -> None:
-    """The command.
+    """Run the command.
 
     Parameters
     ----------
     arguments
-        Of the command line.
+        Arguments of the command line.
     work, groups
-        What makes a record, and the groups; the bench with the diagnosis and those of the file by default.
+        Function that makes a record, and groups; by default bench and diagnosis, and the groups of the file.
     """
     options = _options(arguments)
     if options.groups:
@@ -62,7 +62,7 @@ def main(arguments: list[str] | None = None, work: Work | None = None, groups: G
 
 
 def write_score(records: list[Record], groups: Groups, folder: Path) -> None:
-    """`score.md` and `confusion.png`."""
+    """Write `score.md` and `confusion.png`."""
     from benchmarks.hidden_effects_score import score
     from benchmarks.hidden_effects_table import markdown, picture
 

@@ -1,4 +1,4 @@
-"""One campaign of the test of hidden effects: made on the virtual test bench, diagnosed, and put on record."""
+"""One campaign of the hidden-effect test: made on the virtual test bench, diagnosed and recorded."""
 
 import hashlib
 import shutil
@@ -30,26 +30,28 @@ from transient.virtual_bench.hidden_effect import HiddenEffectRecord, make_campa
 
 #: Packages whose code a result depends on.
 PACKAGES = ("reduction", "hbsolve", "transient", "correlation", "diagnosis")
-#: Gains of the screening that are kept.
+#: Largest number of recorded gains of the screening.
 MOST_SCORES = 10
 
 
 def limits(campaign: Campaign, without: Sequence[str]) -> Thresholds | None:
-    """What chance may do: shipped for the layout, else for that with all kinds of effects, which chance serves better.
+    """Detection thresholds shipped for the layout, else those for the layout with the full catalogue.
+
+    The thresholds of the full catalogue are higher, because more candidates can fit by chance.
 
     Parameters
     ----------
     campaign
-        As read.
+        Campaign as read.
     without
-        Kinds that are left out.
+        Kinds of effects that are excluded from the catalogue.
     """
     return find_shipped_thresholds(setup(), campaign, without) or find_shipped_thresholds(setup(), campaign, ())
 
 
 @cache
 def code() -> str:
-    """Digest of the product's code, to tell results of two versions apart."""
+    """Digest of the code of the program, which identifies results of different versions."""
     digest = hashlib.sha256()
     root = Path(__file__).parents[1]
     for package in PACKAGES:
@@ -66,22 +68,22 @@ def examine(
     make: Callable[..., HiddenEffectRecord] = make_campaign,
     judge: Callable[..., Diagnosis] = diagnose,
 ) -> Record:
-    """Make a campaign, diagnose it, delete it.
+    """Make a campaign, diagnose it and delete it.
 
     Parameters
     ----------
     case
-        Which.
+        Row and seed of the campaign.
     folder
-        Where the campaign's folder may stand meanwhile.
+        Folder for the temporary folder of the campaign.
     groups
-        What the layout cannot tell apart: left out together.
+        Groups of effects that the layout cannot separate; they are excluded together.
     make, judge
-        As `transient.virtual_bench.hidden_effect.make_campaign` and `diagnosis.diagnose.diagnose`.
+        Functions like `transient.virtual_bench.hidden_effect.make_campaign` and `diagnosis.diagnose.diagnose`.
 
     Returns
     -------
-    The record; whatever goes wrong is told in it.
+    Record of the campaign; an exception becomes its `failure`.
     """
     started, where = time.process_time(), folder / f"{case.row}_{case.seed}"
     planted, made = Planted(kind=case.kind), started
@@ -120,12 +122,12 @@ def _where(error: Exception) -> str:
 
 
 def excluded_kinds(effect: str, groups: Groups) -> tuple[str, ...]:
-    """Kinds to leave out so that neither an effect nor any of its group is known; none for what never is."""
+    """Kinds to exclude from the catalogue for an effect and its group; none for an effect that has no name there."""
     return tuple(sorted({kind_of(item) for item in (effect, *groups.of(effect))})) if effect else ()
 
 
 def kind_of(effect: str) -> str:
-    """Of an effect, by its name: what stands before " at " or " of "."""
+    """Kind of an effect: the part of its name before " at " or " of "."""
     return min((effect.partition(f" {word} ")[0] for word in ("at", "of")), key=len)
 
 
@@ -194,16 +196,16 @@ def _fitted(refit: Refit) -> Fitted:
 
 
 def floors(arrangement: Arrangement) -> tuple[float, float]:
-    """Relative error that the true model would have on the held-out data, as `Refit.held_out_error` counts it.
+    """Relative error of the true model on the held-out data, as defined by `Refit.held_out_error`.
 
     Returns
     -------
-    By all that the covariance knows (noise, friction histories, numerical error), and by the noise alone [-].
+    Error from the whole covariance (noise, friction histories, numerical error), and from the noise alone [-].
     """
     held = arrangement.held_out_without_jitter
     features, modes = held.features, held.whitening.modes
     chosen, ratio = features.fundamental, features.reference >= 0
-    # Numbers that err by themselves: real and imaginary part are the legs of a right triangle.
+    # Independent errors: the variances of real and imaginary part add.
     alone = np.abs(_complex(features, held.measured, held.whitening.deviation)) ** 2
     alone[ratio] += alone[features.reference[ratio]]
     shared = np.zeros(len(chosen))
@@ -226,7 +228,10 @@ def _complex(
 
 
 def _through_reference(features: FeatureVector, relative: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Relative change of the readings: F / X falls as X grows, and a ratio grows with its reference as well."""
+    """Relative change of the readings from that of the features.
+
+    An inverse feature F / X decreases as X increases; the change of a ratio is added to that of its reference.
+    """
     changed = np.where(features.inverse, -relative, relative)
     ratio = features.reference >= 0
     changed[ratio] += changed[features.reference[ratio]]
@@ -234,7 +239,7 @@ def _through_reference(features: FeatureVector, relative: NDArray[np.complex128]
 
 
 def summary(record: Record) -> str:
-    """One line for the one who waits."""
+    """One line of progress."""
     cost = record.make_seconds + record.diagnose_seconds
     told = record.failure or ": ".join([record.finding, *([" or ".join(record.names)] if record.named else [])])
     return f"{record.row} {record.seed}: {told} ({cost:.0f} CPU s)"

@@ -1,4 +1,4 @@
-"""The confusion matrix of the test of hidden effects: what was planted by what the verdict named."""
+"""Confusion matrix of the hidden-effect test: planted effect against named effect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,16 +17,16 @@ WORDS = {NONE: "nothing", UNKNOWN: "none of the known", FAILED: "failed"}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Confusion:
-    """Planted by named.
+    """Confusion matrix: planted effects (rows) by findings (columns).
 
     Parameters
     ----------
     rows, columns
         Keys of `ROWS` that were run, and findings in words.
     count
-        Campaigns, shape (r, c).
+        Number of campaigns, shape (r, c).
     right
-        Cells that are as they should be, shape (r, c).
+        Cells of correct findings, shape (r, c).
     """
 
     rows: tuple[str, ...]
@@ -36,9 +36,9 @@ class Confusion:
 
 
 def confusion(records: Sequence[Record], groups: Groups) -> Confusion:
-    """Planted by named; columns of kinds that were never planted appear where one was named.
+    """Make the confusion matrix; a kind that was never planted has a column if it was named.
 
-    A planted kind at a place that can be told from the true one is not as it should be.
+    A planted kind is not correct at a place that the layout can separate from the true one.
     """
     named = [_column(record, groups) for record in records]
     kinds = [*KIND.values(), *sorted({*named} - {*KIND.values(), ELSEWHERE, AMONG, APART, *WORDS.values()})]

@@ -1,8 +1,9 @@
-"""Groups of effects that the layout of tests and sensors cannot tell apart, whatever the truth.
+"""Groups of effects that the layout of tests and sensors cannot separate.
 
-The whitened sensitivities of all candidates, the calibration parameters projected out, at the calibrated model of a
-campaign without any effect: two whose cosine is large do the same to all measurements. The campaign lends its points
-and its noise alone; its seed scores nothing. `python -m benchmarks.hidden_effects --groups` writes the file.
+Two effects belong to a group if the cosine between their whitened sensitivities, with the calibration parameters
+projected out, is large. Sensitivities are those at the calibrated model of a campaign without any effect. Only the
+points and the noise of this campaign matter; its seed is not scored. `python -m benchmarks.hidden_effects --groups`
+writes the file.
 """
 
 import tempfile
@@ -18,28 +19,28 @@ if TYPE_CHECKING:
     from diagnosis.screening import Score
 
 FILE = Path(__file__).with_name("hidden_effects_groups.toml")
-#: |cos| from which on two effects are one group, and from which on pairs are listed.
+#: Smallest |cos| of effects of one group, and of listed pairs.
 SAME, LISTED = 0.9, 0.7
-#: Of the campaign without any effect; not among those that score.
+#: Seed of the campaign without any effect; it is not scored.
 SEED = 4000
 
 
 @dataclass(frozen=True, kw_only=True)
 class Groups:
-    """Pairs of effects and their |cos|; `same` makes two of them one group."""
+    """Pairs of effects and their |cos|; pairs with at least `same` belong to one group."""
 
     same: float
     pairs: dict[frozenset[str], float]
     unseen: tuple[str, ...] = ()
 
     def of(self, effect: str) -> frozenset[str]:
-        """Effects that cannot be told from one, without itself."""
+        """Effects that cannot be separated from an effect, without the effect itself."""
         alike = [pair for pair, cosine in self.pairs.items() if effect in pair and cosine >= self.same]
         return frozenset().union(*alike) - {effect}
 
     @property
     def toml(self) -> str:
-        """As the file."""
+        """Contents of the file."""
         lines = [
             "# Effects that the layout of the benchmark's campaigns cannot tell apart: |cos| of their whitened",
             "# sensitivities, the calibration parameters projected out, is `same` or more. Pairs below are listed for",
@@ -54,12 +55,12 @@ class Groups:
 
 
 def read_groups(file: Path = FILE) -> Groups:
-    """From the file.
+    """Read the groups from the file.
 
     Raises
     ------
     SystemExit
-        There is none.
+        The file does not exist.
     """
     if not file.is_file():
         raise SystemExit(f"there is no {file}: make it by python -m benchmarks.hidden_effects --groups")
@@ -72,7 +73,7 @@ def read_groups(file: Path = FILE) -> Groups:
 
 
 def groups_of(scores: "Sequence[Score]", same: float = SAME, listed: float = LISTED) -> Groups:
-    """From the directions of all candidates."""
+    """Groups from the directions of all candidates."""
     seen = [score for score in scores if score.direction.any()]
     directions = np.array([score.direction for score in seen])
     cosine = np.abs(directions @ directions.T) if seen else np.zeros((0, 0))
@@ -88,7 +89,7 @@ def groups_of(scores: "Sequence[Score]", same: float = SAME, listed: float = LIS
 
 
 def make_groups(file: Path = FILE) -> Groups:
-    """Screen a campaign without any effect, and write the file."""
+    """Screen a campaign without any effect and write the file of groups."""
     from benchmarks.hidden_effects_setup import setup
     from correlation.campaign.read_campaign import read_campaign
     from diagnosis.candidate.catalogue import list_effects

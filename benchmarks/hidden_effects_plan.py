@@ -1,4 +1,4 @@
-"""Which campaigns the test of hidden effects makes, and what the catalogue calls the effects that the bench plants."""
+"""Plan of the hidden-effect test: its campaigns, and the catalogue names of the effects that the bench plants."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from correlation.model import Model
 from transient.virtual_bench.effect import NOTHING
 from transient.virtual_bench.hidden_effect import HiddenEffectRecord
 
-#: Kind of the bench, and of the catalogue.
+#: Kind of an effect on the bench to its kind in the catalogue.
 KIND = {
     "mass": "mass",
     "spring": "spring",
@@ -17,7 +17,7 @@ KIND = {
     "preload": "preload",
     "friction": "friction coefficient",
 }
-#: Rows of the score: what is planted, and whether the catalogue lacks it. A stop is never in the catalogue.
+#: Rows of the score: planted kind, and whether the catalogue lacks it. A stop is never in the catalogue.
 ROWS: dict[str, tuple[str, bool]] = {
     **{kind: (kind, False) for kind in KIND},
     NOTHING: (NOTHING, False),
@@ -27,39 +27,39 @@ ROWS: dict[str, tuple[str, bool]] = {
 }
 PLANTED = tuple(KIND)
 EXCLUDED = tuple(row for row, (_, excluded) in ROWS.items() if excluded)
-#: Seeds of a row follow each other; those of two rows are so far apart, so that no two campaigns share a specimen.
+#: Distance between the first seeds of two rows, so that no two campaigns have the same specimen.
 APART = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One campaign: its row of the score, and its seed."""
+    """Row of the score and seed of one campaign."""
 
     row: str
     seed: int
 
     @property
     def kind(self) -> str:
-        """What the bench plants."""
+        """Kind that the bench plants."""
         return ROWS[self.row][0]
 
     @property
     def excluded(self) -> bool:
-        """Whether the catalogue lacks it."""
+        """Whether the catalogue lacks the kind."""
         return ROWS[self.row][1]
 
 
 def cases(n_seed: int, n_nothing: int, first_seed: int, only: Collection[str] = ()) -> list[Case]:
-    """All campaigns, rows interleaved, so that a part of them from the first on is balanced.
+    """List all campaigns with interleaved rows, so that the first part of the list is balanced.
 
     Parameters
     ----------
     n_seed, n_nothing
-        Seeds a row, and of the row without any effect; below `APART`.
+        Number of seeds of a row with an effect, and of the row without any; at most `APART`.
     first_seed
-        Of the first row.
+        First seed of the first row.
     only
-        Rows; all by default.
+        Rows to run; all by default.
     """
     if max(n_seed, n_nothing) > APART:
         raise SystemExit(f"{max(n_seed, n_nothing)} seeds a row overlap with the next row: at most {APART}")
@@ -73,7 +73,7 @@ def cases(n_seed: int, n_nothing: int, first_seed: int, only: Collection[str] = 
 
 
 def effect_name(truth: HiddenEffectRecord, base: Model) -> str:
-    """What the catalogue calls a planted effect; "" for nothing, and for what it never has."""
+    """Name of a planted effect in the catalogue; "" for no effect and for one that the catalogue never has."""
     kind, place = truth.effect.kind, truth.effect.place
     match kind:
         case "mass" | "spring" | "cubic" | "air_damping":
@@ -90,7 +90,7 @@ def effect_name(truth: HiddenEffectRecord, base: Model) -> str:
 
 
 def effect_value(truth: HiddenEffectRecord) -> float:
-    """The value that the effect's parameter has in truth, beside the specimen's own calibration parameters."""
+    """True value of the parameter of a planted effect, relative to the specimen's own calibration parameters."""
     side = 0 if truth.effect.place == "left" else 1
     match truth.effect.kind:
         case "preload":

@@ -1,4 +1,4 @@
-"""What is kept of one campaign: a line of JSON."""
+"""Record of one campaign of the hidden-effect test: a line of JSON."""
 
 import json
 import math
@@ -8,13 +8,13 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-#: Findings of a verdict, and of a campaign that could not be made or diagnosed.
+#: Findings of a verdict, and the finding of a campaign that could not be made or diagnosed.
 MISSING, AMBIGUOUS, NONE, UNKNOWN, FAILED = "missing", "ambiguous", "nothing", "unknown", "failed"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Planted:
-    """The truth: as the bench says it, and as the catalogue would."""
+    """Planted effect: kind, place and strength on the bench; name (`effect`) and `value` in the catalogue."""
 
     kind: str
     place: str = ""
@@ -27,7 +27,7 @@ class Planted:
 
 @dataclass(frozen=True, kw_only=True)
 class Fitted:
-    """An effect fitted in earnest; strength, deviation and the vanishing strength in its unit, errors relative."""
+    """Effect with a full fit: strength, deviation and vanishing strength in its unit, relative errors."""
 
     effect: str
     kind: str
@@ -42,7 +42,7 @@ class Fitted:
 
 @dataclass(frozen=True, kw_only=True)
 class Found:
-    """Where an unknown force would explain most."""
+    """Place where an unknown force would explain most."""
 
     name: str
     gain: float
@@ -54,31 +54,31 @@ class Found:
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """One campaign, made and diagnosed.
+    """Record of one campaign that was made and diagnosed.
 
     Parameters
     ----------
     row, seed, without
-        Of the score; kinds of effects that were left out of the catalogue.
+        Row of the score, seed, and kinds of effects that were excluded from the catalogue.
     finding, sentence, named
-        The verdict, and the effects that it names, best first.
+        Verdict, and the effects that it names, best first.
     ranking
         All refits, best first.
     scores
         Gains of the screening by name, best first.
     error, held_error, held_chi2
-        Of the calibration parameters alone.
+        Errors and reduced chi-squared of the fit of the calibration parameters alone.
     floor, noise_floor
-        Error that the true model would have on the held-out data by all that its covariance knows, and by the noise of
-        the readings alone.
+        Error of the true model on the held-out data from the whole covariance, and from the noise of the readings
+        alone.
     threshold
-        Gain that chance exceeds in the share of nulls allowed.
+        Detection threshold of the gain.
     make_seconds, diagnose_seconds
         Processor time [s].
     code
-        Digest of the product's code.
+        Digest of the code of the program.
     failure
-        In a sentence.
+        Sentence on the failure; empty without one.
     """
 
     row: str
@@ -109,12 +109,12 @@ class Record:
 
     @property
     def line(self) -> str:
-        """As JSON; numbers that are not finite become null."""
+        """Record as JSON; non-finite numbers become null."""
         return json.dumps(_finite(asdict(self)), allow_nan=False)
 
     @classmethod
     def of_line(cls, line: str) -> "Record":
-        """From JSON."""
+        """Record from a line of JSON."""
         read = json.loads(line)
         place = read.pop("place")
         fields: dict[str, Any] = {
@@ -129,7 +129,7 @@ class Record:
 
 
 def append(file: Path, record: Record) -> None:
-    """Write a line by one call of the system, so that lines of two processes never mix, and on to the disk."""
+    """Append a record with one system call, so that lines of two processes do not mix, and flush it to the disk."""
     torn = file.exists() and (text := file.read_bytes()) and not text.endswith(b"\n")
     descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
     try:
@@ -140,7 +140,7 @@ def append(file: Path, record: Record) -> None:
 
 
 def read(file: Path) -> list[Record]:
-    """Records of a file, the last of each row and seed; a line that an interruption has torn is left out."""
+    """Records of a file, the last of each row and seed; a line that an interruption left incomplete is skipped."""
     records: dict[tuple[str, int], Record] = {}
     for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else ():
         try:
@@ -152,7 +152,7 @@ def read(file: Path) -> list[Record]:
 
 
 def of_rows(records: Iterable[Record], rows: Iterable[str]) -> list[Record]:
-    """Those of some rows."""
+    """Records of the given rows."""
     wanted = set(rows)
     return [record for record in records if record.row in wanted]
 

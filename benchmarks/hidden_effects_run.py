@@ -1,4 +1,4 @@
-"""Runs the campaigns of the test of hidden effects in processes of their own, and goes on where it was interrupted."""
+"""Runs the campaigns of the hidden-effect test in worker processes and continues interrupted runs."""
 
 import os
 import signal
@@ -16,12 +16,12 @@ from pathlib import Path
 from benchmarks.hidden_effects_plan import Case
 from benchmarks.hidden_effects_record import FAILED, Record, append, read
 
-#: Two processes with two threads each are slower on two cores than with one each.
+#: On two cores, two processes with two threads each are slower than with one thread each.
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
-#: Campaigns after which a process is replaced by a fresh one; times that the processes may die before the run ends.
+#: Number of campaigns after which a process is replaced; largest number of crashes of processes in a run.
 FRESH_AFTER, MOST_DEATHS = 40, 3
 
-#: Makes the record of a case; the folder is for what it needs meanwhile. At the top level of a module.
+#: Function that makes the record of a case, with a folder for temporary files; at the top level of a module.
 Work = Callable[[Case, Path], Record]
 
 
@@ -36,28 +36,28 @@ def run(
     say: Callable[[str], None] = print,
     told: Callable[[Record], str] = str,
 ) -> list[Record]:
-    """Records of the cases, made as far as they are not there.
+    """Make the missing records of the cases.
 
     Parameters
     ----------
     cases
-        In this order.
+        Cases in the order in which they are run.
     folder
-        Holds `records.jsonl`, to which each record is written as soon as it is made.
+        Folder of `records.jsonl`, to which each record is appended as soon as it is made.
     work
-        Makes a record.
+        Function that makes a record.
     workers
-        Processes; 0 works in this one.
+        Number of processes; 0 runs in this one.
     most_seconds
-        No campaign is begun after so long.
+        Time after which no campaign is begun [s].
     again
-        Whether those that failed are tried again.
+        Whether failed campaigns are run again.
     say, told
-        Progress, and how it tells a record.
+        Function for lines of progress, and function that describes a record in them.
 
     Returns
     -------
-    Of these cases, as far as they are there.
+    Records of the cases that have been run.
     """
     folder.mkdir(parents=True, exist_ok=True)
     file, deadline = folder / "records.jsonl", time.monotonic() + most_seconds
@@ -68,7 +68,7 @@ def run(
     started, n_made, deaths = time.monotonic(), 0, 0
     while todo and time.monotonic() < deadline:
         try:
-            # Closed at once when something goes wrong, so that no process works on for nobody.
+            # An exception closes the generator, which stops the processes.
             with closing(_made([*todo], folder, work, workers, deadline)) as made:
                 for record in made:
                     append(file, record)
@@ -91,14 +91,14 @@ def run(
 def _made(
     cases: Sequence[Case], folder: Path, work: Work, workers: int, deadline: float
 ) -> Generator[Record, None, None]:
-    """Records as they come."""
+    """Records in the order of completion."""
     if not workers:
         for case in cases:
             if time.monotonic() < deadline:
                 yield work(case, folder)
         return
     os.environ.update(ONE_THREAD)
-    # Spawned processes have no locks and threads of this one in a state that nobody foresaw.
+    # Spawned processes do not inherit locks and threads of this process.
     pool = ProcessPoolExecutor(
         workers, mp_context=get_context("spawn"), initializer=_begin, max_tasks_per_child=FRESH_AFTER
     )
@@ -114,14 +114,14 @@ def _made(
             for future in finished:
                 yield future.result()
     finally:
-        # On Ctrl-C nobody waits for what is lost anyway.
+        # After Ctrl-C, running campaigns are lost, so the processes are killed at once.
         for process in [*(pool._processes or {}).values()] if running else ():
             process.kill()
         pool.shutdown(wait=True, cancel_futures=True)
 
 
 def _begin() -> None:
-    """Leave Ctrl-C to the process that this one works for, and end as soon as that is gone, even if it was killed."""
+    """Ignore Ctrl-C, which the parent process handles, and exit when the parent has ended, even if it was killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     assert parent is not None

@@ -1,4 +1,4 @@
-"""The score of the test of hidden effects: shares with intervals, and the confusion matrix."""
+"""Score of the hidden-effect test: fractions with confidence intervals, and the confusion matrix."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -12,33 +12,33 @@ from benchmarks.hidden_effects_plan import EXCLUDED, PLANTED
 from benchmarks.hidden_effects_record import AMBIGUOUS, FAILED, MISSING, UNKNOWN, Fitted, Record, of_rows
 from transient.virtual_bench.effect import NOTHING
 
-#: Of an interval of 95 %.
+#: Standard normal quantile of an interval of 95 %.
 QUANTILE = 1.959964
-#: A strength is right within this share of the true one; it is asked for where the predicted deviation is below that.
+#: Largest relative error of a correct strength, and largest predicted relative deviation of a strength that is scored.
 STRENGTH_ERROR, SHARP = 0.15, 0.05
 POOLED = "pooled"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Share:
-    """So many of so many."""
+    """Fraction `count` of `of`."""
 
     count: int
     of: int
 
     @property
     def value(self) -> float:
-        """Share [-]; NaN of none."""
+        """Fraction [-]; NaN if `of` is 0."""
         return self.count / self.of if self.of else math.nan
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Of 95 % [-]."""
+        """Confidence interval of 95 % [-]."""
         return wilson(self.count, self.of)
 
 
 def wilson(count: int, of: int) -> tuple[float, float]:
-    """Interval of 95 % of a proportion, 0 to 1 where nothing was seen.
+    """Confidence interval of 95 % of a proportion; 0 to 1 if `of` is 0.
 
     References
     ----------
@@ -55,13 +55,13 @@ def wilson(count: int, of: int) -> tuple[float, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class Floor:
-    """What the right model leaves on held-out data, seen where nothing is planted.
+    """Held-out error of the true model, estimated from campaigns without a planted effect.
 
     Parameters
     ----------
     factor
-        Median of the held-out error beside what the covariance leads to expect [-]: fits and the set-up of the held-out
-        repeats take up a part of what the covariance holds possible.
+        Median ratio of the held-out error to the error expected from the covariance [-]. Fits and the set-up of the
+        held-out repeats absorb a part of the expected error.
     chi2
         Mean of the held-out reduced chi-squared [-].
     """
@@ -72,20 +72,20 @@ class Floor:
 
 @dataclass(frozen=True, kw_only=True)
 class Excess:
-    """Held-out error above the floor, after beside before what the verdict names was added.
+    """Ratio of the held-out error above the floor with the named effect to that without it.
 
     Parameters
     ----------
     of, seen
-        Campaigns, and those whose error before stands above the floor.
+        Number of campaigns, and number of those whose error without the effect exceeds the floor.
     halved
-        Those among the seen whose excess is at most half of what it was.
+        Number of the latter whose excess is at most halved by the effect.
     median
-        Ratio among the seen [-].
+        Median ratio of the latter [-].
     together
         Ratio of the means over all campaigns [-].
     weighed
-        The same of the reduced chi-squared, which weighs each number by what noise and friction histories do to it [-].
+        The same ratio of the reduced chi-squared, which weights each number by noise and friction histories [-].
     """
 
     of: int
@@ -98,18 +98,21 @@ class Excess:
 
 @dataclass(frozen=True, kw_only=True)
 class RowScore:
-    """Of one kind of planted effect, or of all together.
+    """Score of one kind of planted effect, or of all kinds.
 
     Parameters
     ----------
     first, itself
-        The effect or one of its group comes first; the effect itself does, among those that have no group.
+        Campaigns whose first effect is the planted one or one of its group; the planted one itself, among effects
+        without a group.
     named, wrong
-        The verdict names the effect, alone or among several; it names others, and none of its group.
+        Verdicts that name the planted effect, alone or among several; verdicts that name only effects outside its
+        group.
     strength
-        Within 15 %, among those that come first with a predicted deviation of at most 5 %.
+        Strengths within 15 % of the true one, where the planted effect is first with a predicted deviation of at most
+        5 %.
     covered
-        Within the interval of 95 % that is told with it, among those that come first.
+        True strengths within the reported interval of 95 %, where the planted effect is first.
     excess
         Held-out error above the floor.
     """
@@ -125,7 +128,7 @@ class RowScore:
 
 @dataclass(frozen=True, kw_only=True)
 class ExcludedScore:
-    """Of what the catalogue lacks: the fourth verdict, the place, both, and the median exponent of the force."""
+    """Score of effects missing from the catalogue: verdict "unknown", correct place, both, median force exponent."""
 
     unknown: Share
     place: Share
@@ -135,7 +138,10 @@ class ExcludedScore:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Score:
-    """Everything that the records say."""
+    """Score of all records.
+
+    Processor times are the median and the quantile of 95 % [s].
+    """
 
     planted: dict[str, RowScore]
     claims: Share
@@ -154,9 +160,9 @@ def score(records: Sequence[Record], groups: Groups) -> Score:
     Parameters
     ----------
     records
-        One a campaign.
+        One record of each campaign.
     groups
-        Effects that cannot be told apart.
+        Effects that cannot be separated.
     """
     nothing = of_rows(records, [NOTHING])
     factor = _median(record.held_error / record.floor for record in nothing if record.floor > 0)
@@ -183,7 +189,7 @@ def score(records: Sequence[Record], groups: Groups) -> Score:
 
 
 def row_score(records: Sequence[Record], groups: Groups, floor: Floor) -> RowScore:
-    """Of campaigns with a planted effect that the catalogue has."""
+    """Score campaigns with a planted effect of the catalogue."""
     alone = [record for record in records if not groups.of(record.planted.effect)]
     result = [record for record in records if _first(record) == record.planted.effect]
     sharp = [record for record in result if _spread(record.ranking[0]) <= SHARP]
@@ -199,7 +205,7 @@ def row_score(records: Sequence[Record], groups: Groups, floor: Floor) -> RowSco
 
 
 def excluded_score(records: Sequence[Record]) -> ExcludedScore:
-    """Of campaigns with an effect that the catalogue lacks."""
+    """Score campaigns with an effect that the catalogue lacks."""
     return ExcludedScore(
         unknown=_share(records, lambda record: record.finding == UNKNOWN),
         place=_share(records, _placed),
@@ -209,7 +215,7 @@ def excluded_score(records: Sequence[Record]) -> ExcludedScore:
 
 
 def excess(records: Iterable[Record], floor: Floor) -> Excess:
-    """Held-out error above the floor with the first effect that the verdict names; nothing named, nothing gained."""
+    """Held-out error above the floor with the first named effect; without a named effect it is unchanged."""
     known = [record for record in records if record.finding != FAILED and math.isfinite(record.floor)]
     before = [record.held_error - floor.factor * record.floor for record in known]
     after = [_held_after(record).held_error - floor.factor * record.floor for record in known]
@@ -249,7 +255,7 @@ def _spread(fitted: Fitted) -> float:
 
 
 def _strength_error(record: Record) -> float:
-    """Relative, of what lies beyond the vanishing strength [-]."""
+    """Relative error of the strength, counted from the vanishing strength [-]."""
     result, true = record.ranking[0], record.planted.value
     return (result.strength - true) / (true - result.vanishes)
 
@@ -264,7 +270,7 @@ def _held_after(record: Record) -> Fitted | Record:
 
 
 def _ratio(after: Sequence[float], before: Sequence[float]) -> float:
-    """Of the sums, where the first one is any."""
+    """Ratio of the sums; NaN unless the sum before is positive."""
     return sum(after) / sum(before) if sum(before) > 0 else math.nan
 
 
@@ -278,6 +284,6 @@ def _median(values: Iterable[float]) -> float:
 
 
 def _quantiles(values: Iterable[float]) -> tuple[float, float]:
-    """Median, and what 95 % stay below."""
+    """Median and quantile of 95 %."""
     listed = [value for value in values if math.isfinite(value)]
     return (float(np.median(listed)), float(np.quantile(listed, 0.95))) if listed else (math.nan, math.nan)

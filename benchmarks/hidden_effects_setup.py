@@ -1,4 +1,4 @@
-"""The model that the hidden effects are looked for in."""
+"""Model of the hidden-effect test."""
 
 from functools import cache
 
@@ -8,5 +8,5 @@ from study.shipped_cases import BEAM
 
 @cache
 def setup() -> Setup:
-    """Model, calibration parameters and numerical error under test: those of the shipped beam."""
+    """Model, calibration parameters and numerical error of the shipped beam."""
     return read_case(BEAM).setup

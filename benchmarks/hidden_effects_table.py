@@ -1,4 +1,4 @@
-"""The score of the test of hidden effects in Markdown, and its confusion matrix as a picture."""
+"""Score of the hidden-effect test in Markdown, and its confusion matrix as a picture."""
 
 import math
 
@@ -20,13 +20,13 @@ WORDS = {
 
 
 def markdown(score: Score) -> str:
-    """All tables."""
+    """All tables of the score in Markdown."""
     parts = [_planted(score), _strengths(score), _rest(score), _matrix(score.confusion), _notes(score)]
     return "\n\n".join(parts) + "\n"
 
 
 def picture(confusion: Confusion) -> bytes:
-    """The confusion matrix as PNG."""
+    """Confusion matrix as PNG."""
     rows = confusion.rows
     parted = [number for number, row in enumerate(rows) if number and row in (NOTHING, EXCLUDED[0])]
     right, total = int(confusion.count[confusion.right].sum()), int(confusion.count.sum())
@@ -43,7 +43,7 @@ def picture(confusion: Confusion) -> bytes:
 
 
 def told(share: Share) -> str:
-    """A share with its interval in percent."""
+    """Fraction with its confidence interval in percent."""
     if not share.of:
         return "-"
     low, high = (100 * item for item in share.interval)

@@ -1,9 +1,9 @@
-"""What response limits cost, and how far they can be trusted: a blade with 28 contacts (`damper_model.py`), one core.
+"""Cost and reliability of response limits for a blade with 28 contacts (`damper_model.py`), on one core.
 
-H = 5, 256 samples, 60 frequencies and levels of 1, 3, 5 and 10 N. Processor time of both limits, the audit apart; new
-random histories against the frozen limits; two seeds against each other; and a few points the other ways: the paper's
-(all harmonics and sliders as unknowns of an interior-point search) and IPOPT with exact derivatives
-(`limits_full_space.py`). Run it with
+H = 5, 256 samples, 60 frequencies and levels of 1, 3, 5 and 10 N. Measured are the processor time of both limits
+without the audit; new random histories against the finished limits; differences between two seeds; and at a few points
+two other methods: that of the paper (all harmonics and sliders as unknowns of an interior-point search), and IPOPT with
+exact derivatives (`limits_full_space.py`). Run it with
 
     python benchmarks/limits.py [frequencies histories second-seed(0 or 1) seconds-a-full-space-point]
 """
@@ -30,7 +30,7 @@ from hbsolve.limits.search import LimitSettings  # noqa: E402
 from hbsolve.limits.task import StageProgress  # noqa: E402
 
 LEVELS = (1.0, 3.0, 5.0, 10.0)
-#: Of the first frequency with all contacts stuck: from far below the resonances to above them.
+#: Frequency range relative to the first frequency with all contacts stuck: from far below the resonances to above them.
 BAND = (0.93, 1.01)
 
 
@@ -79,7 +79,7 @@ def main() -> None:
     balance = HarmonicBalance(system=system, n_harmonic=6, n_sample=256)
     problem = limit_problem(balance, OutputHarmonic(row=TIP))
     print(f"box: {problem.box.reach.max() * 1e6:.2f} um; first frequency, stuck: {first / 2 / np.pi:.2f} Hz")
-    # Compiles.
+    # Compile the kernels.
     response_limits(problem, [0.98 * first], [4.0], settings=LimitSettings(sample=2, frequencies=1))
     omega = first * np.linspace(*BAND, n_frequency)
     limits, spent = timed(problem, omega, 0)
@@ -106,7 +106,7 @@ def main() -> None:
             differ = np.abs(two / one - 1)
             print(f"two seeds, {name}: worst {differ.max():.2%}, {(differ > 5e-3).sum()} of {differ.size} above 0.5 %")
     if seconds:
-        for level in (2, 1):  # where the band is widest
+        for level in (2, 1):  # at the frequency where the limits are farthest apart
             race(problem, limits, level, int(np.nanargmax(limits.upper[level] / limits.lower[level])), seconds)
 
 

@@ -1,9 +1,9 @@
-"""One limit in the full space: harmonics and sliders are unknowns, the balance is a constraint (eqs 9-12).
+"""Search one limit in the full space: harmonics and sliders are unknowns, the balance is a constraint (eqs 9-12).
 
-`trust_region` is closest to the paper's way: SciPy's trust-constr with forward differences of everything.
-`interior_point` gives IPOPT the exact first derivatives, and lets it build its second ones from them.
-Both are stopped by processor time; the first also once it holds a state as good as asked for with a small residual.
-`race` runs them and the local search from one start; `limits.py` and `rig_limits_trust.py` call it.
+`trust_region` is closest to the method of the paper: SciPy's trust-constr with forward differences for all derivatives.
+`interior_point` is IPOPT with exact first derivatives and a limited-memory approximation of the second ones.
+Both stop at a limit of processor time; `trust_region` also stops at a state with the wanted value and a small residual.
+`race` runs both and the local search from one start; `limits.py` and `rig_limits_trust.py` call it.
 """
 
 import time
@@ -25,16 +25,16 @@ from hbsolve.solution import forces_at, residual
 
 Real = NDArray[np.float64]
 
-#: A state counts as one with |R| below this share of the linear motion.
+#: Largest |R| of a feasible state, relative to the linear motion.
 FEASIBLE = 1e-4
 
 
 class Enough(Exception):
-    """Time is over, or the value is reached."""
+    """Ends a search: the time is over, or the wanted value is reached."""
 
 
 class FullSpace:
-    """Objective and constraint over z = (motion, sliders), all in units of the box."""
+    """Objective and constraint over z = (motion, sliders), in units of the largest reach of the box."""
 
     def __init__(self, point: LimitPoint, trial: TrialState, seconds: float, wanted: float) -> None:
         self.point, self.shape, self.unit = point, trial.motion.shape, float(point.box.reach.max())
@@ -74,7 +74,7 @@ class FullSpace:
         return -point.measure.value(point.balance.level, x, forces.coefficients) / self.unit
 
     def _derivatives(self, z: Real) -> tuple[Real, Real, Real, Real]:
-        """Of g by x and by w, and of the objective by x and by g."""
+        """Derivatives of g by x and by w, and of the objective by x and by g."""
         x, start = self._state(z)
         point = self.point
         forces = forces_at(point.balance, point.condensed.angular_frequency, x, start, PARAMETERS)
@@ -111,7 +111,7 @@ class FullSpace:
 
 
 def trust_region(point: LimitPoint, trial: TrialState, seconds: float, wanted: float) -> tuple[float, float, float]:
-    """Value, |R| relative to the linear motion, and processor time [s]."""
+    """Search with trust-constr; returns value, |R| relative to the linear motion, and processor time [s]."""
     space = FullSpace(point, trial, seconds, wanted)
     constraint = scipy.optimize.NonlinearConstraint(space.balance, 0, 0, jac="2-point", hess=scipy.optimize.BFGS())
     with suppress(Enough):
@@ -128,15 +128,15 @@ def trust_region(point: LimitPoint, trial: TrialState, seconds: float, wanted: f
 
 
 def interior_point(point: LimitPoint, trial: TrialState, seconds: float, _wanted: float) -> tuple[float, float, float]:
-    """As `trust_region`, by IPOPT with exact first derivatives."""
+    """Search with IPOPT and exact first derivatives; returns the same as `trust_region`."""
     import casadi
 
-    # IPOPT keeps the time itself: an error in what it calls is shown with all unknowns.
+    # IPOPT limits the time itself: an exception in a callback would be printed with all unknowns.
     space = FullSpace(point, trial, np.inf, np.inf)
     n, m = len(space.start), space.n
 
     class Call(casadi.Callback):
-        """A function of z with its Jacobian."""
+        """Function of z with its Jacobian."""
 
         def __init__(self, name: str, rows: int, value: object, derivative: object) -> None:
             casadi.Callback.__init__(self)
@@ -205,16 +205,16 @@ def interior_point(point: LimitPoint, trial: TrialState, seconds: float, _wanted
     return *space.best, space.spent
 
 
-#: What a race runs beside the local search.
+#: Methods of a race besides the local search.
 WAYS = (("trust-constr, differences", trust_region), ("IPOPT, exact derivatives", interior_point))
-#: `trust_region` is stopped at this share of the best known value.
+#: `trust_region` stops at this fraction of the best known value.
 NEAR = 0.99
-#: The local search raises the start of a race by this share at least.
+#: Smallest relative increase of the value by the local search from the start of a race.
 GAIN = 0.02
 
 
 def start_of_race(problem: LimitProblem, point: LimitPoint) -> TrialState | None:
-    """A state from which there is something to gain: a stuck one has no gradient."""
+    """State from which the local search increases the value, or None; at a stuck state the gradient is zero."""
     rest = point.from_rest(problem.box.nominal) or point.from_anywhere(problem.box.nominal)
     random = np.random.default_rng(1)
     for _ in range(60):
@@ -229,7 +229,10 @@ def start_of_race(problem: LimitProblem, point: LimitPoint) -> TrialState | None
 
 
 def race(problem: LimitProblem, limits: ResponseLimits, row: int, at: int, seconds: float) -> None:
-    """Print what one upper limit, by row of levels and place of its frequency, costs in each way from one start."""
+    """Print the cost of one upper limit with each method from one start.
+
+    The limit is given by the row of its level and the index of its frequency.
+    """
     omega, level, best = float(limits.angular_frequency[at]), float(limits.level[row]), float(limits.upper[row, at])
     print(f"\n{level:g} N, {omega / 2 / pi:.2f} Hz, best known {best * 1e6:.3f} um", flush=True)
     point = problem.at(omega, level)

@@ -1,8 +1,8 @@
-"""10,000 damaged test files of all formats: each gives the right data or one sentence.
+"""Read 10,000 damaged test files of all formats: each must give correct data or an error message of one sentence.
 
-Right data are values of the undamaged file, or values that really stand in the damaged bytes, or the steps of an
-abscissa whose first value and step stand there. Anything else, such as another exception, a crash, a message of several
-lines or a value from nowhere, is counted as wrong.
+Correct data are values of the undamaged file, values that are in the damaged bytes, or the steps of an abscissa whose
+first value and step are there. Anything else, such as another exception, a crash, a message of several lines or a value
+that is in neither file, is counted as wrong.
 
     python -m benchmarks.measured_file_mutants [--count N] [--keep FOLDER]
 """
@@ -34,14 +34,14 @@ KINDS = [f"{order}{kind}" for order in "<>" for kind in ("f4", "f8", "i2", "i4",
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """Outcome of one damaged file: "right", "sentence" or "wrong", and why."""
+    """Outcome of one damaged file ("right", "sentence" or "wrong") and its reason."""
 
     outcome: str
     reason: str = ""
 
 
 def mutate(data: bytes, rng: np.random.Generator) -> bytes:
-    """One to three kinds of damage."""
+    """Damage bytes in one to three random ways."""
     damaged = bytearray(data)
     for _ in range(int(rng.integers(1, 4))):
         size = max(1, len(damaged))
@@ -69,7 +69,7 @@ def mutate(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def judge(original: MeasuredFile, path: Path) -> Verdict:
-    """What reading a damaged file gives."""
+    """Read a damaged file and judge the result."""
     try:
         measured = read_file(path)
     except CampaignError as error:
@@ -101,12 +101,12 @@ def _same(column: Column, other: Column) -> bool:
 
 
 def _is_shorter(original: MeasuredFile, path: Path) -> bool:
-    """Whether bytes are lost: then whole columns may be."""
+    """Whether bytes are lost, so that whole columns may be missing."""
     return path.stat().st_size < original.path.stat().st_size
 
 
 def _numbers_in(data: bytes) -> NDArray[np.float64]:
-    """All numbers that the bytes may mean, as text or binary, also in what is compressed; sorted."""
+    """All numbers that the bytes can represent as text or binary, also in compressed parts; sorted."""
     parts = [data, *_inflated(data)]
     numbers_read = [np.zeros(1)]
     for part in parts:
@@ -140,7 +140,7 @@ def _is_number(text: str) -> bool:
 
 
 def _inflated(data: bytes) -> Iterator[bytes]:
-    """What is compressed, as far as it can be inflated."""
+    """Decompressed parts of the bytes, as far as they can be decompressed."""
     for match in re.finditer(rb"\x78[\x01\x5e\x9c\xda]", data):
         try:
             yield zlib.decompressobj().decompress(data[match.start() :], 1_000_000)
@@ -170,7 +170,7 @@ def _stands(column: Column, pool: NDArray[np.float64], is_abscissa: bool) -> boo
 
 
 def run(count: int, folder: Path, keep: Path | None = None) -> Counter[tuple[str, str]]:
-    """Damage every sample in turn.
+    """Damage and read the samples in turn.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ SEED = 27
 
 
 def write_samples(folder: Path) -> list[Path]:
-    """Write the samples; returns their paths."""
+    """Write the sample files; returns their paths."""
     rng = np.random.default_rng(SEED)
     frequency = 100.0 + 0.5 * np.arange(20)
     response = 1.0 / (110.0**2 - frequency**2 + 2j * frequency) + 1e-5 * rng.normal(size=20)
@@ -126,7 +126,7 @@ def _write_arrays(folder: Path, frequency: NDArray[Any], response: NDArray[Any])
 
 
 def _write_matlab_73(file: Any, frequency: NDArray[Any], response: NDArray[Any]) -> None:
-    """What MATLAB writes: transposed arrays, texts as codes, cells as references."""
+    """Write as MATLAB does: transposed arrays, texts as character codes, cells as references."""
     hidden = file.create_group("#refs#")
     structure = hidden.create_group("a")
     structure.attrs["MATLAB_class"] = np.bytes_(b"struct")

@@ -1,9 +1,9 @@
-"""Memory of a reduction: the estimate of `reduction.memory_estimate` beside the peak of a process that reduces.
+"""Compare the memory estimate of a reduction (`reduction.memory_estimate`) with the peak memory of a process.
 
     OMP_NUM_THREADS=1 python -m benchmarks.memory_estimate [BODY ...]
 
-Bodies are those of `BODIES`; each is reduced in a process of its own, to 102 boundary degrees of freedom and 150 modes.
-The peak is that beyond the matrices. Linux alone tells it.
+Bodies are those of `BODIES`; each is reduced in a separate process to 102 boundary degrees of freedom and 150 modes.
+The peak is counted from the memory with the matrices. Linux only.
 """
 
 import re
@@ -67,7 +67,7 @@ def held(what: str) -> int:
 def measure(body: str) -> None:
     """Print one row."""
     mesh = BODIES[body]()
-    return_freed_memory()  # what the mesher freed would hide some of what is taken
+    return_freed_memory()  # memory that the mesher freed would otherwise be reused
     before_matrices = held("VmRSS")
     early = estimate_mesh_memory(mesh, 3 * N_NODE, N_MODE)
     clamp = mesh.nodes("clamp")
@@ -77,7 +77,7 @@ def measure(body: str) -> None:
     estimate = estimate_reduction_memory(system.stiffness, 3 * N_NODE, N_MODE)
     return_freed_memory()
     before = held("VmRSS")
-    Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew
+    Path("/proc/self/clear_refs").write_text("5")  # resets the peak
     craig_bampton(system, {"kept": system.rows(kept)}, N_MODE)
     peak = held("VmHWM")
     print(

@@ -1,12 +1,12 @@
-"""Tests that would notice: small changes of the code by chance, and whether a test fails for each.
+"""Mutation test: make small random changes of the code and check that a test fails for each.
 
     python -m benchmarks.mutation [--count 30] [--seed 33] [--files 'pipeline/*.py' ...] [--table FILE]
 
-A mutant is the product with one operator, comparison, constant or condition changed. The files, and the place in each,
-are drawn with the seed: the same sample in every run of the same code. In a copy of the tree the tests that mirror the
-file run (`tests/fe/test_mesh.py` of `fe/mesh.py`, or those whose text names the module), and then those of its folder,
-until the first fails. A mutant that survives asks for a test, or for the reason why it changes nothing. Machine code is
-compiled anew for a mutant of a compiled file, a minute each.
+A mutant is the program with one operator, comparison, constant or condition changed. Files and places are drawn with
+the seed, so that every run of the same code has the same sample. In a copy of the tree, the tests that mirror the file
+run (`tests/fe/test_mesh.py` of `fe/mesh.py`), then those that import the module, and then those of its folder, until
+the first fails. A mutant that survives needs a new test or a reason why it changes nothing. A mutant of a compiled file
+takes an additional minute of compilation.
 """
 
 import argparse
@@ -28,7 +28,7 @@ ROOT = Path(__file__).parents[1]
 ROOMS = (
     "geometry", "fe", "reduction", "hbsolve", "transient", "correlation", "diagnosis", "casefile", "pipeline", "study",
 )  # fmt: skip
-#: Longest that the tests of one mutant may take [s]; one that hangs is noticed.
+#: Time limit of each group of tests of a mutant [s]; a mutant that exceeds it counts as noticed.
 LONGEST = 600.0
 OPERATORS: dict[type[ast.AST], type[ast.AST]] = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.FloorDiv: ast.Mult,
@@ -40,7 +40,7 @@ OPERATORS: dict[type[ast.AST], type[ast.AST]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Mutant:
-    """A changed file."""
+    """Changed file: path, line and description of the change, and the new text."""
 
     file: str
     line: int
@@ -50,7 +50,7 @@ class Mutant:
 
 @dataclass(frozen=True, kw_only=True)
 class Judged:
-    """A mutant and what noticed it: a test, nothing, or that it ran too long."""
+    """Mutant and what noticed it: the first failed test, or the time limit; empty if it survived."""
 
     file: str
     line: int
@@ -59,7 +59,7 @@ class Judged:
 
 
 def places(tree: ast.Module) -> Iterator[tuple[ast.AST, str]]:
-    """Nodes that can be changed, and the change in words; types and texts are none."""
+    """Nodes that can be changed, and descriptions of the changes, without annotations and operations on texts."""
     skipped: set[int] = set()
     for node in ast.walk(tree):
         annotations = [getattr(node, name, None) for name in ("annotation", "returns")]
@@ -84,13 +84,13 @@ def places(tree: ast.Module) -> Iterator[tuple[ast.AST, str]]:
 
 
 def _is_no_number(node: ast.AST) -> bool:
-    """Whether it is a text or a list, which has other operators."""
+    """Whether a node is a text, list or tuple, for which operators have other meanings."""
     is_text = isinstance(node, ast.Constant) and not isinstance(node.value, int | float)
     return is_text or isinstance(node, ast.JoinedStr | ast.List | ast.Tuple)
 
 
 def changed_number(value: float) -> float:
-    """Another number: the next integer, or half as much again."""
+    """Changed number: the next integer, or 1.5 times a float (1 for 0)."""
     return value + 1 if isinstance(value, int) else (1.5 * value if value else 1.0)
 
 
@@ -108,7 +108,7 @@ def mutate(node: ast.AST) -> None:
 
 
 def draw_mutants(files: Sequence[str], count: int, seed: int) -> list[Mutant]:
-    """So many mutants of different places, each place as likely as any other."""
+    """Draw mutants of different places, all places with equal probability."""
     trees = {file: ast.parse((ROOT / file).read_text(encoding="utf-8")) for file in files}
     every = [(file, number) for file, tree in trees.items() for number, _ in enumerate(places(tree))]
     drawn = random.Random(seed).sample(every, min(count, len(every)))
@@ -123,7 +123,7 @@ def draw_mutants(files: Sequence[str], count: int, seed: int) -> list[Mutant]:
 
 
 def find_tests(file: str) -> list[list[str]]:
-    """Tests of a file, those that most probably notice first: its mirror, those that name it, those of its folder."""
+    """Groups of tests of a file: the mirror of the file, tests that import the module, other tests of the folder."""
     path = Path(file)
     module = ".".join(path.with_suffix("").parts)
     folder = ROOT / "tests" / path.parent
@@ -140,7 +140,7 @@ def find_tests(file: str) -> list[list[str]]:
 
 
 def judge(mutant: Mutant, tree: Path) -> Judged:
-    """Run the tests of a mutant in a copy of the tree until the first fails."""
+    """Run the tests of a mutant in a copy of the tree until the first test fails."""
     file = tree / mutant.file
     original = file.read_text(encoding="utf-8")
     file.write_text(mutant.text, encoding="utf-8")
@@ -156,7 +156,7 @@ def judge(mutant: Mutant, tree: Path) -> Judged:
 
 
 def run_tests(tests: Sequence[str], tree: Path) -> str:
-    """The first test that fails; empty if none does."""
+    """Run tests; returns the first failed test, or an empty string."""
     environment = {
         **os.environ, "PYTHONPATH": str(tree), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1",
         "MKL_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1",
@@ -179,7 +179,7 @@ def run_tests(tests: Sequence[str], tree: Path) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print each mutant and the share that was noticed."""
+    """Print each mutant and the fraction that was noticed."""
     words = argparse.ArgumentParser(prog="python -m benchmarks.mutation", description=__doc__)
     words.add_argument("--count", type=int, default=30)
     words.add_argument("--seed", type=int, default=33)

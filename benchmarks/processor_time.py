@@ -1,4 +1,4 @@
-"""Processor time: a clock for calls that take less than a second, and a limit for those that may take for ever."""
+"""Processor time: a clock for calls that take less than a second, and a time limit for calls that may not end."""
 
 import signal
 import time
@@ -7,11 +7,11 @@ from contextlib import contextmanager
 
 
 class TimeUp(BaseException):
-    """The limit of processor time is reached; no handler of errors may take it for one."""
+    """The limit of processor time is reached; a BaseException, so that error handlers do not catch it."""
 
 
 def processor_time(job: Callable[[], object], repeats: int) -> float:
-    """Of one call [s]: the best of five rounds."""
+    """Processor time of one call [s]: the shortest mean of five rounds."""
     rounds = []
     for _ in range(5):
         start = time.process_time()
@@ -23,7 +23,7 @@ def processor_time(job: Callable[[], object], repeats: int) -> float:
 
 @contextmanager
 def limited(seconds: float) -> Iterator[None]:
-    """Raise `TimeUp` after so much processor time of this process [s]."""
+    """Raise `TimeUp` after the given processor time of this process [s]."""
 
     def stop(*_: object) -> None:
         raise TimeUp(f"not done after {seconds:g} s")

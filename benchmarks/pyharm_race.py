@@ -1,16 +1,16 @@
-"""Forced response of chains with friction: this package against pyHarm (PyPI name pyHarm-os), both at the same task.
+"""Compare the forced response of chains with friction with pyHarm (PyPI name pyHarm-os), on the same task.
 
-The same matrices, Jenkins elements, harmonics (H = 5), samples (128), sliders at rest, prescribed frequencies, one
-thread, and the same tolerance: pyHarm stops once its force residual is below the largest that it finds itself at this
-package's answers, but is never asked for less than 1e-9 of the load. Newton's method starts from the point before in
-both. pyHarm runs its own `frf` study with its solver `NewtonRaphson`, predictor `previous` and corrector
-`nocontinuation`; its default solver, MINPACK through `scipyroot`, accepts few of these points and is slower. Each
-package has a process of its own, the clock counts processor time, and imports and compilation (a run of three points
-first) are reported apart. Run it with
+Matrices, Jenkins elements, harmonics (H = 5), samples (128), initial sliders (zero), prescribed frequencies and one
+thread are the same. So is the tolerance: that of pyHarm is the largest of its own force residuals at the solutions of
+this package, but at least 1e-9 of the load. In both, Newton's method starts from the previous point. pyHarm runs its
+own `frf` study with its solver `NewtonRaphson`, predictor `previous` and corrector `nocontinuation`; its default
+solver, MINPACK through `scipyroot`, accepts few of these points and is slower. Each package has a separate process;
+times are processor times, and imports and compilation (a first run of three points) are reported separately. Run it
+with
 
     python benchmarks/pyharm_race.py [--pyharm-python PYTHON]
 
-PYTHON is an interpreter that has pyHarm, which brings jax and jupyterlab along and is better kept apart:
+PYTHON is an interpreter with pyHarm, which depends on jax and jupyterlab and is best installed separately:
 
     python -m venv pyharm && pyharm/bin/pip install pyHarm-os==1.2.2
 """
@@ -36,7 +36,7 @@ ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 os.environ.update(ONE_THREAD)
 N_HARMONIC = 6
 N_SAMPLE = 128
-#: Of pyHarm's studies, how its solver is told to judge the force residual alone.
+#: Options of pyHarm's solvers that make the force residual the only criterion of convergence.
 PYHARM_SOLVERS: dict[str, Callable[[float], dict[str, Any]]] = {
     "NewtonRaphson": lambda tolerance: {"tol_residual": tolerance, "tol_delta_x": float("inf"), "max_iter": 40},
 }
@@ -67,8 +67,16 @@ def chain(n_mass: int, sliding: list[int], frequency_count: int) -> dict[str, An
 
 
 def with_pyharm(problem: dict[str, Any], data: dict[str, Any], answers: Any) -> dict[str, Any]:
-    """Runs in the interpreter that has pyHarm; data: its input as this package exports it; answers: coefficients of
-    this package, shape (p, n_harmonic, r).
+    """Solve the problem with pyHarm, in the interpreter that has it.
+
+    Parameters
+    ----------
+    problem
+        Matrices, elements, load and frequencies.
+    data
+        Input of pyHarm as exported by this package.
+    answers
+        Coefficients of this package's solutions, shape (p, n_harmonic, r).
     """
     import logging
 
@@ -91,7 +99,7 @@ def with_pyharm(problem: dict[str, Any], data: dict[str, Any], answers: Any) -> 
             "predictor": "previous",
             "corrector": "nocontinuation",
             "stepsizer": "constant",
-            # A point that fails is tried again for ever otherwise.
+            # Otherwise a point that fails is repeated endlessly.
             "stopper": "solnumber",
             "stopper_options": {"max_solutions": count},
             "ds0": step,
@@ -101,7 +109,7 @@ def with_pyharm(problem: dict[str, Any], data: dict[str, Any], answers: Any) -> 
             "puls_sup": float(omega[count - 1] - step / 2),
             "verbose": False,
         }
-        # pyHarm changes what it is given.
+        # pyHarm modifies its input.
         given = copy.deepcopy(data) | {"analysis": {"curve": analysis}}
         for part in given["substructures"].values():
             part["matrix"] = {name: np.array(rows) for name, rows in part["matrix"].items()}
@@ -143,7 +151,7 @@ def with_pyharm(problem: dict[str, Any], data: dict[str, Any], answers: Any) -> 
 
 
 def packed(coefficients: Any, angular_frequency: float) -> Any:
-    """Coefficients of e^{i k Omega t} as pyHarm lists them: mean, cosines and sines of each harmonic, frequency."""
+    """Coefficients of e^{i k Omega t} in the order of pyHarm: mean, cosines and sines of each harmonic, frequency."""
     import numpy as np
 
     rows = [coefficients[0].real]
@@ -153,7 +161,7 @@ def packed(coefficients: Any, angular_frequency: float) -> Any:
 
 
 def amplitude(x: Any, n_mass: int) -> float:
-    """Of harmonic 1 at the loaded end [m], from pyHarm's vector."""
+    """Amplitude of harmonic 1 at the loaded end [m], from the vector of pyHarm."""
     import numpy as np
 
     return float(np.hypot(x[2 * n_mass - 1], x[3 * n_mass - 1]))
@@ -228,9 +236,9 @@ def with_stickslip(problem: dict[str, Any]) -> dict[str, Any]:
 
 
 def run_apart(python: str, package: str, folder: Path) -> dict[str, Any]:
-    """In a process of its own; problem and answers are files in `folder`."""
+    """Run one package in a separate process; problem and results are files in `folder`."""
     command = [python, str(Path(__file__).resolve()), "--work", package, str(folder)]
-    # pyHarm leaves files where it runs.
+    # pyHarm leaves files in its working folder.
     done = subprocess.run(command, env=os.environ | ONE_THREAD, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
         sys.exit(f"{package} failed:\n{done.stderr[-3000:]}")

@@ -1,16 +1,17 @@
-"""Does the solver converge with joints of every law? The systems of `random_systems.py`, with other joints beside.
+"""Convergence of the solver with joints of every law: systems of `random_systems.py` with additional joints.
 
 The ranges below were fixed before the first run and are not tuned to the solver: a change of them is a new benchmark.
 
 systems             seeds 0 to 199 of `random_systems.py`: structure, load, contacts, frequencies and sliders as there
-joints beside       2 to 6, uniform, each of any registered law and of any of its options, in equal shares; where each
-                    law acts along several rows, these are rows of their own
-where               mass to mass 50 %, mass to ground 50 %, along any direction
-motion              the typical displacement of the law is 0.1 to 3 times the amplitude of the free structure along the
-                    joint at its first resonance, log-uniform; its typical angular frequency is that resonance
-force               a force of the law over its typical displacement is 0.05 to 20 times the mean spring, log-uniform,
-                    where its typical one is 1e6 N/m
-parameters          each 0.7 to 1.4 times what follows from that, uniform; numbers that the law refuses are drawn again
+additional joints   2 to 6, uniform, each with any registered law and any of its options, all with equal probability; a
+                    law with several rows acts along orthogonal directions
+where               mass to mass 50 %, mass to ground 50 %, in any direction
+motion              typical displacement of the law: 0.1 to 3 times the amplitude of the free structure along the joint
+                    at its first resonance, log-uniform; typical angular frequency: that resonance
+force               forces are scaled so that a typical stiffness of 1e6 N/m becomes 0.05 to 20 times the mean spring,
+                    log-uniform
+parameters          each 0.7 to 1.4 times the value from these scales, uniform; values that the law refuses are drawn
+                    again
 
 Run it with
 
@@ -30,12 +31,12 @@ from reduction.joint_law.registry import LAWS, Joint, LawParameter
 from reduction.jointed_system import JointedSystem
 
 N_SYSTEM = 200
-#: Of typical parameters: a force over a displacement [N/m], and the angular frequency of their velocities [rad/s].
+#: Stiffness [N/m] and angular frequency [rad/s] on which the typical parameters of the laws are based.
 STIFFNESS, OMEGA = 1e6, 300.0
 
 
 def random_law_problem(seed: int) -> Problem:
-    """A system of `random_systems.py` with joints of other laws beside its contacts."""
+    """System of `random_systems.py` with additional joints of random laws."""
     problem = random_problem(seed)
     rng = np.random.default_rng([20261127, seed])
     system = problem.system
@@ -80,7 +81,7 @@ def random_joint(
 
 
 def random_number(rng: np.random.Generator, parameter: LawParameter, force: float, length: float, time: float) -> Any:
-    """A parameter where forces, lengths and times are so many times as large as typical ones."""
+    """Draw a parameter whose forces, lengths and times are scaled from the typical ones by the given factors."""
     scale, over = 1.0, False
     for symbol, power in re.findall(r"(/|[A-Za-z]+)(?:\^(\d))?", parameter.unit):
         over = over or symbol == "/"

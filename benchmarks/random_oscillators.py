@@ -1,7 +1,7 @@
 """Random oscillators in closed form: measured sweeps of linear, Duffing, Jenkins and gap systems with known branches.
 
-One mode with a nonlinear element follows from its describing function: each amplitude has its frequencies, so that all
-branches are known without iteration. Linear modes beside it make the response of a second sensor and antiresonances.
+The response of one mode with a nonlinear element follows from the describing function of the element: the balance at
+each amplitude gives all branches without iteration. Additional linear modes cause antiresonances.
 """
 
 from dataclasses import dataclass, replace
@@ -12,24 +12,24 @@ from numpy.typing import NDArray
 Vector = NDArray[np.float64]
 Response = NDArray[np.complex128]
 
-#: Amplitudes at which the balance is tried, from the smallest to the largest possible one [-].
+#: Number of amplitudes at which the balance is evaluated, from 1e-5 of the largest possible one to the largest [-].
 N_AMPLITUDE = 4000
 
 
 @dataclass(frozen=True, kw_only=True)
 class Oscillator:
-    """m x'' + c x' + k x + f(x) = F cos(Omega t), beside linear modes.
+    """Oscillator m x'' + c x' + k x + f(x) = F cos(Omega t) with additional linear modes.
 
     Parameters
     ----------
     kind
         "linear", "hardening", "softening", "gap" or "friction".
     frequency, damping
-        Of the linear part [Hz, -]; its mass is 1 kg.
+        Natural frequency [Hz] and damping ratio [-] of the linear part; its mass is 1 kg.
     strength
         Relative stiffness of the nonlinear element at its typical amplitude of 1 m [-].
     modes
-        Frequencies and strengths of linear modes beside it [Hz, -].
+        Frequencies [Hz] and strengths [-] of the additional linear modes.
     """
 
     kind: str
@@ -39,7 +39,7 @@ class Oscillator:
     modes: tuple[tuple[float, float], ...] = ()
 
     def element(self, amplitude: Vector) -> Response:
-        """Describing function of the nonlinear element: complex stiffness at an amplitude [N/m]."""
+        """Describing function of the nonlinear element: complex stiffness at each amplitude [N/m]."""
         k, a = (2 * np.pi * self.frequency) ** 2 * self.strength, np.maximum(amplitude, 1e-12)
         if self.kind == "hardening":
             return k * a**2 + 0j
@@ -57,7 +57,7 @@ class Oscillator:
         return np.zeros(len(a), dtype=complex)
 
     def roots(self, force: float, frequency: float) -> tuple[Vector, Response]:
-        """Stable amplitudes at one frequency, rising, and their complex responses [m]."""
+        """Stable amplitudes at one frequency in rising order, and their complex responses [m]."""
         omega, omega0 = 2 * np.pi * frequency, 2 * np.pi * self.frequency
         largest = 3 * force / (2 * self.damping * omega0 * min(omega, omega0)) + 1e-9
         a = np.geomspace(1e-5 * largest, largest, N_AMPLITUDE)
@@ -72,7 +72,7 @@ class Oscillator:
         return exact, force / d
 
     def sweep(self, force: float, frequencies: Vector, way: int) -> Response:
-        """Response along a sweep, in the order of the frequencies, shape (n,) [m]."""
+        """Response along a sweep up (`way` 1) or down (-1), in the order of the frequencies, shape (n,) [m]."""
         response, before = np.zeros(len(frequencies), dtype=complex), None
         for number in range(len(frequencies))[::way]:
             amplitude, value = self.roots(force, float(frequencies[number]))
@@ -86,14 +86,14 @@ class Oscillator:
 
 
 def draw_oscillator(kind: str, random: np.random.Generator) -> tuple[Oscillator, float]:
-    """An oscillator and a force at which it shows its kind."""
+    """Draw an oscillator, and a force at which its nonlinear element is visible."""
     frequency, damping = float(np.exp(random.uniform(np.log(5), np.log(500)))), float(np.exp(random.uniform(-6, -3.5)))
     strength = 0.0 if kind == "linear" else float(np.exp(random.uniform(np.log(0.02), np.log(0.5))))
     modes = tuple(
         (frequency * float(random.uniform(1.3, 4)), float(random.uniform(-1, 1))) for _ in range(random.integers(0, 3))
     )
     one = Oscillator(kind=kind, frequency=frequency, damping=damping, strength=strength, modes=modes)
-    # The linear peak reaches so many typical amplitudes.
+    # Linear resonance amplitude, relative to the typical amplitude of 1 m.
     peak = float(np.exp(random.uniform(np.log(0.3), np.log(3))))
     omega = 2 * np.pi * frequency
     force = 2 * damping * omega**2 * peak
@@ -104,7 +104,7 @@ def draw_oscillator(kind: str, random: np.random.Generator) -> tuple[Oscillator,
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sweeps:
-    """Noisy sweeps of one level: value of shape (2 sweeps, R, n), up first, and the exact ones."""
+    """Noisy sweeps of one level, with values of shape (2 sweeps, R, n), up first, and the exact values."""
 
     frequency: Vector
     value: Response
@@ -122,7 +122,7 @@ def measure(
     jitter: float = 0.0,
     noise: float = 0.0,
 ) -> Sweeps:
-    """Sweeps up and down over the resonance with noise of each reading and frequencies off from sweep to sweep."""
+    """Measure sweeps up and down over the resonance, with noise, and jitter of the frequency between sweeps."""
     n = int(random.integers(25, 120))
     backbone = [one.sweep(force, np.linspace(0.5, 2.2, 60) * one.frequency, way) for way in (1, -1)]
     peaks = [np.linspace(0.5, 2.2, 60)[int(np.argmax(np.abs(curve)))] * one.frequency for curve in backbone]

@@ -1,17 +1,17 @@
-"""Does the solver converge? 500 random structures with friction contacts, 40 frequencies each: failures, by cause.
+"""Convergence of the solver for 500 random structures with friction contacts, at 40 frequencies each.
 
-Every frequency is a solve of `steady_state` from the answer of the frequency before (the first from nothing); a point
-fails when the solver raises. The ranges below were fixed before the first run and are not tuned to the solver: a change
-of them is a new benchmark.
+Each frequency is one solve with `steady_state` from the solution at the previous frequency (the first without a start);
+a point fails if the solver raises an exception. Failures are counted by their message. The ranges below were fixed
+before the first run and are not tuned to the solver: a change of them is a new benchmark.
 
 systems             seeds 0 to 499, each independent of the others
 masses              2 to 20, uniform; 0.2 to 5 kg, log-uniform; three translations each
-structure           a chain of springs; half of the systems also have springs between random pairs (half as many as
-                    masses); at least every third mass is held to the ground; a spring is three at right angles, turned
-                    at random, each 1e5 to 1e7 N/m, log-uniform
+structure           a chain of connections; half of the systems also have connections between random pairs (half as
+                    many as masses); at least every third mass is connected to the ground; a connection has three
+                    orthogonal springs in random orientation, each 1e5 to 1e7 N/m, log-uniform
 damping             one modal damping ratio, 0.1 to 2 %, log-uniform
 load                harmonic 1, 0.1 to 100 N, log-uniform, at one mass, within 60 degrees of x, any phase
-contacts            1 to 10, uniform, of the four kinds of `CONTACT_KINDS` in equal shares
+contacts            1 to 10, uniform, of the four kinds of `CONTACT_KINDS` with equal probability
 where               mass to mass 50 %, mass to ground 35 %, a point between two neighbours to the ground 15 %
 normal              0 to 90 degrees from x, uniform, any direction around it: wedges, in which the normal load varies
 tangents            one 40 %, two uncoupled 30 %, two coupled (isotropic Coulomb) 30 %
@@ -21,10 +21,10 @@ friction            coefficient 0.05 to 1, uniform
 mu N / F            0.05 to 20, log-uniform, for the kinds with a normal load at rest
 gap                 0.02 to 1 times the amplitude of the free structure along the normal at its first resonance,
                     log-uniform
-sliders at t = 0    at 0 in half of the systems; else with tangential forces of -1 to 1 times mu N, uniform
+sliders at t = 0    zero in half of the systems; else with tangential forces of -1 to 1 times mu N, uniform
 frequencies         40, equidistant, from 0.85 times the first free resonance (contacts removed) to 1.15 times the first
                     stuck one (contacts as springs), in rising or falling order at random
-solver              H = 5, 128 samples per period, everything else as it comes
+solver              H = 5, 128 samples per period, defaults for everything else
 
 Run it with
 
@@ -53,7 +53,7 @@ N_SYSTEM = 500
 N_FREQUENCY = 40
 N_HARMONIC = 6
 N_SAMPLE = 128
-#: preloaded: N_0 > 0; interference: gap < 0; pressed: a static load closes it; gap: open at rest.
+#: Kinds of contacts. preloaded: N_0 > 0; interference: gap < 0; pressed: closed by a static load; gap: open at rest.
 CONTACT_KINDS = ("preloaded", "interference", "pressed", "gap")
 
 Vector = NDArray[np.float64]
@@ -61,7 +61,7 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:
-    """One random system, its frequencies [rad/s] in the order of the sweep, and its sliders at the start [m]."""
+    """Random system with its angular frequencies [rad/s] in the order of the sweep, and initial sliders [m]."""
 
     seed: int
     system: JointedSystem
@@ -116,7 +116,7 @@ def random_problem(seed: int) -> Problem:
 
 
 def random_springs(rng: np.random.Generator, n_mass: int) -> tuple[NDArray[np.float64], float]:
-    """Stiffness [N/m], positive definite, and the geometric mean of its springs [N/m]."""
+    """Draw springs; returns the positive definite stiffness [N/m] and the geometric mean of the springs [N/m]."""
     pairs: list[tuple[int, int | None]] = [(i, i + 1) for i in range(n_mass - 1)]
     if rng.uniform() < 0.5:
         for _ in range(n_mass // 2):
@@ -142,7 +142,7 @@ def random_contact(
     force: float,
     free_motion: NDArray[np.complex128],
 ) -> tuple[FrictionContact, str, float]:
-    """The contact, its kind, and its normal load at rest if nothing else moved [N]."""
+    """Draw a contact; returns it, its kind, and its normal load at rest without motion of the structure [N]."""
     place = np.zeros((3, 3 * n_mass))
     first = int(rng.integers(n_mass))
     where = rng.uniform()
@@ -195,7 +195,7 @@ def log_uniform(rng: np.random.Generator, low: float, high: float, size: Any = N
 
 
 def inclined(rng: np.random.Generator, angle: float) -> Vector:
-    """Unit vector at an angle [rad] from x, at random around x."""
+    """Unit vector at an angle [rad] to x, in a random direction around x."""
     around = rng.uniform(0, 2 * np.pi)
     return np.array([np.cos(angle), np.sin(angle) * np.cos(around), np.sin(angle) * np.sin(around)])
 
@@ -206,7 +206,7 @@ def solve(seed: int) -> dict[str, Any]:
 
 
 def sweep(problem: Problem) -> dict[str, Any]:
-    """Solve a system at all of its frequencies: what converged, what did not and in which words."""
+    """Solve a system at all of its frequencies; returns iterations of converged points and messages of failed ones."""
     from hbsolve.balance import HarmonicBalance
     from hbsolve.errors import NoSteadyState
     from hbsolve.steady_state import steady_state
@@ -219,7 +219,7 @@ def sweep(problem: Problem) -> dict[str, Any]:
             state = steady_state(balance, angular_frequency, start=state, slider=problem.slider)
         except NoSteadyState as failure:
             failures.append({"point": point, "frequency": angular_frequency / (2 * np.pi), "words": str(failure)})
-        except Exception as failure:  # a crash is a failure of the solver too
+        except Exception as failure:  # any exception is a failure of the solver
             failures.append({"point": point, "frequency": angular_frequency / (2 * np.pi), "words": repr(failure)})
         else:
             iterations.append(int(state.iterations))
@@ -269,7 +269,7 @@ def main(
     with multiprocessing.get_context("spawn").Pool(arguments.processes) as pool:
         for count, system in enumerate(pool.imap_unordered(solve, range(first, last)), 1):
             systems.append(system)
-            if arguments.output:  # at once: a run that is stopped keeps what it has
+            if arguments.output:  # immediately, so that an interrupted run keeps its results
                 arguments.output.write_text(json.dumps(systems, indent=1))
             if system["failures"]:
                 print(

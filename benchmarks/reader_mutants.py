@@ -1,15 +1,15 @@
-"""Damaged files of every format that the program reads: each gives the right data or one sentence.
+"""Read damaged files of every format of the program: each must give correct data or an error message.
 
-A process of its own reads the files of a format one after the other; a parent watches it. The outcome of a file is
+A separate process reads the files of a format one after the other; a parent watches it. The outcome of a file is
 
-right     what was read, or another value where a value was damaged; a file that was cut must be refused or give all
-          that was written where its format announces how much that is, and one with a checksum all of it anyway
+right     data that are correct, or differ where a value was damaged; a cut file of a format that states its size, and a
+          file with a checksum, must be refused or give all written data
 sentence  an `InputError` of printable text
 wrong     another exception, a value that was not written, or a warning of Python
 crash     the process ended
 hang      more than 5 s of processor time
-memory    1 GB more than the sound file needed and twenty times its bytes
-outside   a file that was written, moved or removed, or a program that was started
+memory    more than 1 GiB and twenty times the size of the file beyond the memory for the undamaged file
+outside   another file was written, moved or removed, or a program was started
 
     python -m benchmarks.reader_mutants [--count N] [--first NUMBER] [--only WORD ...] [--keep FOLDER]
 """
@@ -31,20 +31,20 @@ from pathlib import Path
 from typing import Any
 
 OUTCOMES = ("right", "sentence", "wrong", "crash", "hang", "memory", "outside")
-#: Processor time of one file [s], and how often it is looked at [s].
+#: Largest processor time of one file [s], and interval at which it is checked [s].
 LONGEST, LOOK = 5.0, 0.2
 RESULT = "#result "
-#: Name of a damaged file that a process puts aside, before its number.
+#: Prefix of the name of a saved damaged file, before its number.
 ASIDE = ".wrong_"
 
 
 def watch(name: str, numbers: range, folder: Path) -> Iterator[tuple[int, str, str]]:
-    """Number, outcome and reason of each damaged file of a format.
+    """Run and watch the reading process; yields number, outcome and reason of each damaged file of a format.
 
     Parameters
     ----------
     name
-        Format, as `benchmarks.reader_samples` calls it.
+        Name of the format in `benchmarks.reader_samples`.
     numbers
         Numbers of the files, which are the seeds of their damage.
     folder
@@ -64,7 +64,7 @@ def watch(name: str, numbers: range, folder: Path) -> Iterator[tuple[int, str, s
             str(waiting[0]),
             str(numbers.stop),
         ]
-        # Its own words may not fill a pipe that nobody empties.
+        # Errors go to a file, because a full pipe would block the process.
         with (
             (folder / "errors").open("w") as errors,
             subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors) as process,
@@ -83,7 +83,7 @@ def watch(name: str, numbers: range, folder: Path) -> Iterator[tuple[int, str, s
 
 
 def _outcomes(process: "subprocess.Popen[bytes]") -> Iterator[tuple[int, str, str] | str]:
-    """Outcomes that a process tells; last "hang" where it stays busy, and "again" where it asks for a new one."""
+    """Outcomes that a process prints; the last may be "hang", or "again" if it requests a new process."""
     assert process.stdout is not None
     spent = _processor_time(process.pid)
     started, begun = False, b""
@@ -91,7 +91,7 @@ def _outcomes(process: "subprocess.Popen[bytes]") -> Iterator[tuple[int, str, st
         selector.register(process.stdout, selectors.EVENT_READ)
         while True:
             if selector.select(LOOK):
-                # All that is there: a line that waits in a buffer of Python is not seen by `select`.
+                # Unbuffered: `select` does not see a line in a Python buffer.
                 if not (told := os.read(process.stdout.fileno(), 65536)):
                     return
                 *lines, begun = (begun + told).split(b"\n")
@@ -118,7 +118,7 @@ def _processor_time(process: int) -> float:
 
 
 def run(names: list[str], numbers: range, keep: Path | None) -> dict[str, Counter[str]]:
-    """Outcomes by format; prints what is neither right nor a sentence."""
+    """Outcomes by format; prints those that are neither right nor a sentence."""
     table: dict[str, Counter[str]] = {}
     for name in names:
         table[name] = Counter()
@@ -135,7 +135,7 @@ def run(names: list[str], numbers: range, keep: Path | None) -> dict[str, Counte
 
 
 def _keep(folder: Path, name: str, number: int, scratch: Path) -> None:
-    """Keep a damaged file: what its process put aside, or left where it ended."""
+    """Copy a damaged file: the one that its process saved, or the one that was being read when the process ended."""
     from benchmarks.reader_samples import samples
 
     left = scratch / "work" / samples()[name].file
@@ -146,7 +146,7 @@ def _keep(folder: Path, name: str, number: int, scratch: Path) -> None:
 
 
 def format_table(table: dict[str, Counter[str]]) -> str:
-    """The outcomes as a table in Markdown."""
+    """Table of the outcomes in Markdown."""
     lines = ["| format | " + " | ".join(OUTCOMES) + " |", "|---" * (len(OUTCOMES) + 1) + "|"]
     for name, counts in table.items():
         lines.append(f"| {name} | " + " | ".join(str(counts[outcome]) for outcome in OUTCOMES) + " |")
@@ -154,7 +154,7 @@ def format_table(table: dict[str, Counter[str]]) -> str:
 
 
 def main(arguments: Any = None) -> int:
-    """Print the table; 1 if any outcome is neither right nor a sentence."""
+    """Print the table; returns 1 if any outcome is neither right nor a sentence."""
     from benchmarks.reader_samples import samples
 
     parser = argparse.ArgumentParser(description=__doc__)

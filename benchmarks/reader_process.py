@@ -1,4 +1,4 @@
-"""The process of `benchmarks.reader_mutants` that damages files and reads them."""
+"""Process of `benchmarks.reader_mutants` that damages and reads files."""
 
 import hashlib
 import io
@@ -19,17 +19,17 @@ from benchmarks.reader_samples import Sample, samples
 from geometry.errors import InputError, InputWarning
 
 SEED = 2033
-#: Longest message.
+#: Largest length of a message [characters].
 LONGEST = 5000
-#: Memory beyond that of the sound file [byte], and for each byte of a damaged one [-].
+#: Largest memory beyond that for the undamaged file [byte], and additional bytes for each byte of the damaged file [-].
 MEMORY, PER_BYTE = 1 << 30, 20
 NUMBER = re.compile(rb"[+-]?\d+(?:\.\d*)?(?:[eEdD][+-]?\d+)?")
-#: What stands in place of a number in a text.
+#: Replacements of a number in a text.
 NUMBERS = (
     b"0", b"-1", b"1", b"1.5", b"2000000000", b"-2147483648", b"9223372036854775808", b"9" * 5000, b"1e308",
     b"-1.7e308", b"5e-324", b"nan", b"inf", b"2E", b"", b'"', b"[" * 5000, b"../../../etc/passwd", b"true",
 )  # fmt: skip
-#: What stands in place of bytes.
+#: Replacements of bytes.
 WORDS = tuple(np.array([value], dtype=kind).tobytes() for kind, values in (
     ("<i4", (-1, 0, 2**31 - 1, -(2**31), 10**9)), (">i4", (-1, 1, 2**31 - 1)), ("<i8", (-1, 0, 2**62, 2**40)),
     ("<f8", (np.nan, np.inf, 1e308, 5e-324)),
@@ -40,14 +40,16 @@ FORBIDDEN = {"os.remove", "os.rename", "os.mkdir", "os.rmdir", "os.link", "os.sy
 
 
 def damaged_bytes(sound: bytes, name: str, number: int) -> tuple[bytes, str]:
-    """Damaged bytes of a file, and what was done: "cut", "forged" with a checksum of its own, or "damaged".
+    """Damage the bytes of a file; returns them and the kind of damage.
+
+    Kinds are "cut", "forged" (with valid checksums) and "damaged".
 
     Parameters
     ----------
     sound
-        Bytes of the sound file.
+        Bytes of the undamaged file.
     name, number
-        Format and number of the damage, its seed.
+        Format and number of the damage, which are its seed.
     """
     rng = np.random.default_rng([SEED, zlib.crc32(name.encode()), number])
     match int(rng.integers(5)):
@@ -81,7 +83,7 @@ def _with_other_words(sound: bytes, rng: np.random.Generator) -> bytes:
 
 
 def _with_damaged_member(sound: bytes, rng: np.random.Generator, *, with_checksum: bool) -> bytes:
-    """An archive with a damaged member and all checksums of its own right."""
+    """Archive with a damaged member and valid checksums."""
     stream = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(sound)) as whole, zipfile.ZipFile(stream, "w") as changed:
         chosen = int(rng.integers(len(whole.namelist())))
@@ -103,7 +105,7 @@ def _has_checksum(sound: bytes) -> bool:
 
 
 class Watched:
-    """What the process did to files."""
+    """Audit hook that records forbidden operations of the process on files and programs."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.found = str(folder.resolve()), ""
@@ -124,7 +126,7 @@ class Watched:
 
 
 def judge(sample: Sample, path: Path, sound: str, *, done: str) -> tuple[str, str]:
-    """Outcome and reason of reading a damaged file."""
+    """Read a damaged file; returns outcome and reason."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
@@ -146,7 +148,7 @@ def judge(sample: Sample, path: Path, sound: str, *, done: str) -> tuple[str, st
 
 
 def digest(value: Any) -> str:
-    """Hash of what was read."""
+    """Hash of the data that were read."""
     from pipeline.fingerprint import make_canonical
 
     try:
@@ -157,7 +159,7 @@ def digest(value: Any) -> str:
 
 
 def main() -> None:
-    """Damage and read files number FIRST to LAST of a format; tell each outcome on a line."""
+    """Damage and read files number FIRST to LAST - 1 of a format; print each outcome on a line."""
     name, folder, first, last = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4])
     sample = samples()[name]
     path = folder / sample.file
@@ -171,7 +173,6 @@ def main() -> None:
         damaged, done = damaged_bytes(whole, name, number)
         path.write_bytes(damaged)
         watched.found = ""
-        # What was changed into the sound file again is sound.
         outcome, reason = judge(sample, path, sound, done=done)
         if watched.found:
             outcome, reason = "outside", watched.found

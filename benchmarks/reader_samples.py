@@ -1,6 +1,6 @@
-"""A small sound file of every format that the program reads, and the function that reads it.
+"""Small valid files of every format that the program reads, and the functions that read them.
 
-Files of test programs have samples of their own in `benchmarks.measured_file_samples`.
+Samples of measured files are in `benchmarks.measured_file_samples`.
 """
 
 import shutil
@@ -18,27 +18,27 @@ STIFFNESS = 1e4 * (3 * np.eye(5) - np.eye(5, k=1) - np.eye(5, k=-1))
 
 
 class NeverRaised(Exception):
-    """Stands where a format has no refusal of its own."""
+    """Placeholder for formats without their own exception."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sample:
-    """A format.
+    """Sample of a format.
 
     Parameters
     ----------
     file
         Name of the file.
     write
-        Writes it, and what it needs beside it.
+        Function that writes the file and the files that it needs.
     read
-        Reads it.
+        Function that reads the file.
     announces
-        Whether a file of this format says how much it holds, so that one which was cut can be told.
+        Whether a file of this format states its size, so that a cut file is recognised.
     has_checksum
-        Whether it holds a checksum, so that nothing but what was written may be read.
+        Whether the file has a checksum, so that only the written data may be read.
     refusal
-        What reading may raise beside an `InputError`.
+        Exception that the reader may raise besides an `InputError`.
     """
 
     file: str
@@ -208,7 +208,7 @@ def _matrices() -> dict[str, Sample]:
 
 
 def _binary_output4() -> bytes:
-    """A dense symmetric matrix in records with their lengths before and behind them."""
+    """Dense symmetric matrix in records with their length before and after them."""
 
     def record(content: bytes) -> bytes:
         length = np.int32(len(content)).tobytes()
@@ -290,7 +290,7 @@ def _meshes() -> dict[str, Sample]:
 
 
 def rom() -> Any:
-    """A reduced model of random matrices, the same every time."""
+    """Reduced model of random matrices with a fixed seed."""
     from reduction.rom import ReducedModel
 
     rng = np.random.default_rng(SEED)
@@ -396,7 +396,7 @@ def _results() -> dict[str, Sample]:
 
 
 def _measured() -> dict[str, Sample]:
-    """Files of test programs; whether their values are right asks `benchmarks.measured_file_mutants`."""
+    """Measured files; `benchmarks.measured_file_mutants` checks their values."""
     from benchmarks.measured_file_samples import write_samples
     from correlation.file.read_file import read_file
 

@@ -1,8 +1,8 @@
-"""What the reduction of a blade costs as its mesh grows: processor time and peak memory, fitted exponents, a picture.
+"""Processor time and peak memory of the reduction of a blade against the mesh size: fitted exponents and a figure.
 
     python -m benchmarks.reduction_growth [PICTURE] [--sizes 60x12x3 ...] [--keep FILE] [--limit GB]
 
-`--keep` as in `benchmarks.reduction_race`, whose file it may share. The largest size in the list takes 7 GB.
+`--keep` is the same as in `benchmarks.reduction_race` and may name the same file. The largest default size needs 7 GB.
 """
 
 import argparse
@@ -25,7 +25,7 @@ STAGES = {
 
 
 def power(n: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, float]:
-    """Factor and exponent of y = c n^p, by least squares in the logarithms of the upper half of the sizes."""
+    """Factor and exponent of y = c n^p, by least squares of the logarithms over the upper half of the sizes."""
     upper = slice(len(n) // 2 - 1, None)
     exponent, factor = np.polyfit(np.log(n[upper]), np.log(y[upper]), 1)
     return float(np.exp(factor)), float(exponent)

@@ -1,10 +1,9 @@
-"""One measurement of `benchmarks/reduction_race.py`, in a process of its own, so that its peak memory is its own.
+"""One measurement of `benchmarks/reduction_race.py`, in a separate process, so that its peak memory is its own.
 
     python -m benchmarks.reduction_job KIND SHAPE SIZE
 
 prints one line of JSON. KIND: stickslip, unchecked (the same without the check of its modes), arpack (on the same
-factor), pardiso (ARPACK on PARDISO's factor), scipy or ccx;
-SHAPE and SIZE: see SHAPES.
+factor), pardiso (ARPACK on the factor of PARDISO), scipy or ccx. SHAPE and SIZE: see SHAPES.
 """
 
 import json
@@ -41,13 +40,13 @@ from fe.system import LinearSystem
 from geometry.blade import Blade
 from reduction.rom_error import check_fixed_interface_modes
 
-#: Nodes that stay, 102 degrees of freedom, and fixed-interface modes.
+#: Number of boundary nodes (102 degrees of freedom) and of fixed-interface modes.
 N_BOUNDARY, N_MODE = 34, 150
 clock = time.process_time
 
 
 def twisted(size: str) -> Mesh:
-    """A tapered plate of 300 x 60 x 8 mm, twisted by half a radian; cells along, across and through, as 96x20x4."""
+    """Tapered plate of 300 x 60 x 8 mm, twisted by half a radian; size: cells along, across and through, as 96x20x4."""
 
     def shape(u: NDArray, v: NDArray, w: NDArray) -> tuple[NDArray, NDArray, NDArray]:
         across, through, turn = (1 - 0.3 * u) * 0.06 * (v - 0.5), (1 - 0.3 * u) * 0.008 * (w - 0.5), 0.5 * u
@@ -62,13 +61,13 @@ def twisted(size: str) -> Mesh:
 
 
 def rig_blade(size: str) -> Mesh:
-    """The rig's blade with so many cells through its thickness."""
+    """Blade of the rig; size: number of cells through the thickness."""
     rule = MeshRule(element=HEX20, through_thickness=int(size), length_ratio=2.3, length_cap=0.0038)
     return mesh_blade(Blade(), rule, PadMesh(band_height=0.009))
 
 
 def cube(size: str) -> Mesh:
-    """A cube of so many cells along each edge: its frequencies come in pairs and triples."""
+    """Cube; size: number of cells along each edge. Its frequencies come in pairs and triples."""
     n = int(size)
     box = Block(shape=lambda u, v, w: (0.1 * u, 0.1 * v, 0.1 * w), counts=(n, n, n), faces={"u0": "root"})
     return mesh_blocks([box], HEX20)
@@ -78,13 +77,13 @@ SHAPES: dict[str, Callable[[str], Mesh]] = {"twisted": twisted, "rig": rig_blade
 
 
 def boundary_nodes(mesh: Mesh, shape: str) -> NDArray[np.int64]:
-    """Nodes spread over the root (the clamp of the rig's blade); of the cube all corners there, for its symmetry."""
+    """Nodes spread over the root (the clamp of the rig's blade); for the cube all corner nodes, for symmetry."""
     root = np.intersect1d(mesh.nodes("clamp" if shape == "rig" else "root"), mesh.corner_nodes())
     return root if shape == "cube" else root[np.unique(np.linspace(0, len(root) - 1, N_BOUNDARY).round().astype(int))]
 
 
 class Stopwatch:
-    """Processor time of the functions that are replaced by timed ones, and the columns solved for."""
+    """Processor time of functions that are replaced by timed ones, and number of right-hand sides."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
@@ -108,7 +107,7 @@ class Stopwatch:
 
 
 class TimedFactor:
-    """A factor whose solutions are timed. The stopwatch does not hold it: it goes when the reduction drops it."""
+    """Factor with timed solutions. The stopwatch has no reference to it, so the reduction can free it."""
 
     def __init__(self, factor: Factor, watch: Stopwatch) -> None:
         self.factor, self.watch = factor, watch
@@ -129,7 +128,7 @@ class TimedFactor:
 
 
 def machine() -> dict[str, float]:
-    """Billions of operations a second of dgemm, and bytes a second read from memory, better of three."""
+    """Speed of dgemm [1e9 operations/s] and of reading from memory [1e9 byte/s], each the best of three."""
     square = np.asfortranarray(np.random.default_rng(0).standard_normal((2000, 2000)))
     long = np.ones(50_000_000)
     flops, read = [], []
@@ -141,12 +140,12 @@ def machine() -> dict[str, float]:
         long.sum()
         read.append(long.nbytes / (clock() - start) / 1e9)
     del square, long
-    return_freed_memory()  # not to be counted to what comes
+    return_freed_memory()  # otherwise it would count for the job
     return {"dgemm": max(flops), "read": max(read)}
 
 
 def first_touch() -> float:
-    """Seconds in which the system hands out a GiB of memory."""
+    """Time in which the operating system provides a GiB of memory [s]."""
     n = 1 << 29
     with mmap.mmap(-1, n, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS) as memory:
         start = clock()
@@ -156,12 +155,12 @@ def first_touch() -> float:
 
 
 def system_time() -> float:
-    """Processor time that the system has taken for this process [s]."""
+    """Processor time of the operating system for this process [s]."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_stime
 
 
 def peak(who: int = resource.RUSAGE_SELF) -> float:
-    """Largest memory of this process or of its children so far [GB]."""
+    """Peak memory of this process or of its children [GB]."""
     return resource.getrusage(who).ru_maxrss * 1024 / 1e9
 
 
@@ -207,7 +206,7 @@ def unsupported(mesh: Mesh) -> LinearSystem:
 
 
 def with_eigsh(shape: str, mesh: Mesh, backend: Backend | None) -> dict[str, Any]:
-    """ARPACK on a factor, by default the one that stickslip takes; the time of the factor and of the modes apart."""
+    """ARPACK on a factor, by default that of stickslip; the times of factor and modes are separate."""
     system = unsupported(mesh)
     interior = np.setdiff1d(np.arange(system.n_dof), system.rows(boundary_nodes(mesh, shape)))
     mass, stiffness = (part(item, interior).tocsr() for item in (system.mass, system.stiffness))
@@ -219,7 +218,7 @@ def with_eigsh(shape: str, mesh: Mesh, backend: Backend | None) -> dict[str, Any
     inverse = LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
     begin = np.random.default_rng(0).standard_normal(n)
     start = clock()
-    # The settings of benchmarks/eigensolver.py: the fastest whose residuals are as small as ours.
+    # Settings of benchmarks/eigensolver.py: the fastest with residuals as small as those of stickslip.
     lambda_, _ = eigsh(stiffness, k=N_MODE, M=mass, sigma=0.0, OPinv=inverse, tol=1e-9, v0=begin, ncv=2 * N_MODE + 1)
     modes = clock() - start
     return {
@@ -248,7 +247,7 @@ def main() -> None:
     kind, shape, size = sys.argv[1:]
     mesh = SHAPES[shape](size)
     measured = machine()
-    # MKL, its kernels and our own are loaded before the clock runs, as scipy's are.
+    # MKL and the kernels of stickslip are loaded before the timing, as those of scipy are.
     factorise(sp.eye_array(10, format="csr"))
     compile_kernels()
     jobs: dict[str, Callable[[], dict[str, Any]]] = {
@@ -260,7 +259,7 @@ def main() -> None:
         "ccx": lambda: with_calculix(shape, mesh),
     }
     result = jobs[kind]()
-    measured["touch"] = first_touch()  # afterwards, since what was touched once is handed out faster
+    measured["touch"] = first_touch()  # last, because memory that was used before is provided faster
     print(json.dumps({"kind": kind, "shape": shape, "size": size, **measured, **result}))
 
 

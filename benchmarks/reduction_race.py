@@ -1,11 +1,11 @@
-"""The Craig-Bampton reduction of blades beside ARPACK, scipy alone and CalculiX; how far each stage is from its bound.
+"""Compare the Craig-Bampton reduction of blades with ARPACK, scipy and CalculiX, and each stage with its lower bound.
 
     python -m benchmarks.reduction_race [--only JOB ...] [--avx2] [--keep FILE]
 
-Each job runs in a process of its own, one thread, one after the other; processor time, peak memory of the process, and
-the speed of the machine (dgemm, reading memory) measured in the same process. `--keep` writes each job's line of
-JSON to a file, and takes what that file has already. `--avx2` lets no library use AVX-512, which makes this machine one
-of the speed that the targets were set on.
+Each job runs in a separate process with one thread, one after the other. Measured are processor time, peak memory of
+the process, and in the same process the speed of the machine (dgemm, reading memory). `--keep` appends each job's line
+of JSON to a file and reuses the lines that the file already has. `--avx2` disables AVX-512 in all libraries, for a
+speed like that of the machine for which the targets were set.
 Needs the program ccx (Debian package calculix-ccx) for the jobs of that name.
 """
 
@@ -27,7 +27,7 @@ AVX2 = {
     "NUMBA_CPU_NAME": "haswell",
     "NUMBA_CPU_FEATURES": "+avx,+avx2,+bmi,+bmi2,+fma,+popcnt,+sse4.2",
 }
-#: Seconds and GiB that were set as targets, on a core whose dgemm does this many 1e9 operations a second.
+#: Targets of processor time [s] and memory [GiB], for a core with this speed of dgemm [1e9 operations/s].
 TARGET = {("twisted", "96x20x4"): (20.0, 1.8), ("twisted", "140x30x6"): (90.0, 4.8)}
 TARGET_DGEMM = 53.0
 JOBS = [
@@ -57,12 +57,12 @@ NAMES = {
 
 
 def kept(file: Path | None) -> list[Run]:
-    """What a file of earlier runs holds."""
+    """Results in a file of earlier runs."""
     return [json.loads(line) for line in file.read_text().splitlines()] if file and file.exists() else []
 
 
 def measured(job: tuple[str, str, str], keep: Path | None = None, *, avx2: bool = False) -> Run:
-    """The job's numbers, from the file if it has them."""
+    """Results of a job, from the file if it has them."""
     for result in kept(keep):
         if (result["kind"], result["shape"], result["size"]) == job:
             return result
@@ -76,7 +76,7 @@ def measured(job: tuple[str, str, str], keep: Path | None = None, *, avx2: bool 
 
 
 def seconds(result: Run) -> float:
-    """Of the modes, with the factorisation they need; CalculiX does nothing else."""
+    """Processor time of the modes with the factorisation [s]; CalculiX does nothing else."""
     if result["kind"] == "stickslip":
         return result["stages"]["modes"] + result["stages"]["factor"]
     return result["modes"] + result.get("factor", 0.0)
@@ -95,7 +95,7 @@ def comparison(results: list[Run]) -> None:
         if result is ours:
             told = f"{result['residual']:.0e} | {result['missed']} of {result['counted']}"
         elif ours:
-            # On the same factor the modes alone are compared; otherwise all that leads to modes.
+            # With a factor of this package or of PARDISO only the modes are compared, otherwise also the factorisation.
             alone = result["kind"] in {"arpack", "pardiso"}
             ratio = modes / ours["stages"]["modes"] if alone else seconds(result) / seconds(ours)
             difference = np.abs(np.array(result["frequency"]) / np.array(ours["frequency"]) - 1).max()
@@ -109,7 +109,7 @@ def comparison(results: list[Run]) -> None:
 
 
 def stages(result: Run) -> None:
-    """Seconds of each stage against the least that this machine could take."""
+    """Print the time of each stage and its lower bound on this machine."""
     own, dgemm, read = result["stages"], 1e9 * result["dgemm"], 1e9 * result["read"]
     print(
         f"\n{result['shape']} {result['size']}: {result['n_dof']:,} degrees of freedom, {result['n_boundary']} on the "
@@ -132,16 +132,16 @@ def stages(result: Run) -> None:
 
     def solves(stage: str, passes: int) -> float:
         key = f"{stage}: solves"
-        # Each pass reads the factor once per block and does two operations per entry and column.
+        # Each pass reads the factor once per block, with two operations per entry and column.
         return passes * max(2 * entries * columns[key] / dgemm, 8 * entries * calls[key] / read)
 
     bound = {
         "assembly": None,
         "factor": operations / dgemm,
-        # The forward pass of forces near the boundary touches little of the factor.
+        # The forward pass uses little of the factor, because the forces are near the boundary.
         "constraint modes: solves": solves("constraint modes", 1),
         "modes: solves": solves("modes", 2),
-        # Against all columns before, twice a block: 2 n m^2 operations, the basis read twice.
+        # Against all previous columns, twice per block: 2 n m^2 operations, the basis is read twice.
         "orthogonality": max(2 * n * m**2 / dgemm, 8 * n * m**2 / (m / calls["modes: solves"]) / read),
     }
     told = sum(own[name] for name in bound)

@@ -1,10 +1,10 @@
-"""False alarms and finds of trends between repeats: ``python -m benchmarks.repeat_trend [N]``.
+"""False and correct alarms of trends between repeats: ``python -m benchmarks.repeat_trend [N]``.
 
 Random oscillators with friction (`random_oscillators`) are measured in sweeps up and down at three levels of each
-repeat, with noise. Repeats differ by their preload, which all levels of a repeat share, and by their frequency; each
-level by a friction history of its own. In some campaigns the friction limit falls over the whole test, or all
-frequencies do. False alarms are counted on many more campaigns, which are linear in what differs between repeats. No
-constant was set on these seeds.
+repeat, with noise. Repeats differ in preload, which is the same for all levels of a repeat, and in frequency; levels
+differ in friction history. In some campaigns the friction limit or all frequencies decrease over the whole test. False
+alarms are counted with many more campaigns that are linear in the differences between repeats. No constant was set with
+these seeds.
 """
 
 import sys
@@ -20,21 +20,21 @@ from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, 
 from correlation.data_quality.trend_suspicion import find_trend_suspicions
 
 SEED = 6100
-#: Campaigns that are linear in what differs, for each that is not.
+#: Number of linear campaigns for each campaign of an oscillator.
 LINEAR = 100
 #: Orders of measurement: all levels of a repeat, all repeats of a level, or runs in any order.
 ORDERS = ("repeats", "levels", "random")
 LEVELS, N_FREQUENCY = (1.0, 0.6, 0.3), 15
 REPEATS = (3, 4, 5, 6, 8)
-#: Standard deviation of preloads; frequencies differ by 3 % and histories by 30 % of it [-].
+#: Standard deviations of preloads [-]; those of frequencies and histories are 3 % and 30 % of these.
 PRELOADS = (0.01, 0.1)
-#: How preloads differ: by random numbers of unit variance.
+#: Distributions of the preloads: random numbers of unit variance.
 SHAPES: dict[str, Callable[[np.random.Generator], float]] = {
     "normal": lambda random: float(random.standard_normal()),
     "uniform": lambda random: float(random.uniform(-1, 1) * np.sqrt(3)),
     "heavy-tailed": lambda random: float(np.clip(random.standard_t(3) / np.sqrt(3), -5, 5)),
 }
-#: Fall of the friction limit from the first reading to the last one, and of frequencies [-].
+#: Decrease of the friction limit, and of frequencies, from the first reading to the last [-].
 FALLS = {"friction": (0.05, 0.1, 0.2, 0.5), "frequency": (0.001, 0.003, 0.01)}
 
 
@@ -47,7 +47,7 @@ def draw_campaign(
     friction: float = 0.0,
     frequency: float = 0.0,
 ) -> Campaign:
-    """A campaign of two sensors on an oscillator with friction, whose limit and frequency may fall with the time."""
+    """Draw a campaign of two sensors on an oscillator whose friction limit and frequency may decrease with time."""
     random = np.random.default_rng([SEED, seed])
     one, force = draw_oscillator("friction", random)
     one = replace(one, modes=())
@@ -64,7 +64,7 @@ def draw_campaign(
                 share = len(columns) / (2 * runs)
                 slip = max(0.05, limit * (1 + 0.3 * preload * random.standard_normal()) * (1 - friction * share))
                 moved = replace(one, frequency=one.frequency * shift * (1 - frequency * share))
-                # A response by a smaller friction limit is that of a larger force, in its scale.
+                # The response scales with the friction limit if the force does.
                 exact = slip * moved.sweep(level * force / slip, grid, way)
                 beside = 0.3 * level * force / (other**2 - (2 * np.pi * grid) ** 2 + 0.01j * other**2)
                 for sensor, value in enumerate((exact, gain * exact + beside)):
@@ -85,7 +85,7 @@ def draw_campaign(
 
 
 def draw_scatter(seed: int, n_repeat: int, shape: str, order: str) -> Campaign:
-    """A campaign without a trend: a curve with two causes that differ between repeats, one of each run, and noise."""
+    """Draw a campaign without a trend: a curve with two random deviations per repeat, one per run, and noise."""
     random = np.random.default_rng([SEED, n_repeat, seed])
     n, draw = 20, SHAPES[shape]
     n_level, share, noise = int(random.integers(1, 4)), 10 ** random.uniform(-3, -0.5), 10 ** random.uniform(-3, -1.5)
@@ -118,12 +118,12 @@ def draw_scatter(seed: int, n_repeat: int, shape: str, order: str) -> Campaign:
 
 
 def judge(campaign: Campaign) -> str:
-    """ "trend", "open" or "none": what the repeats of a campaign are told to have."""
+    """Result for a campaign: "trend", "open" (a suspicion with a remark) or "none"."""
     return next(("open" if item.remark else "trend" for item in find_trend_suspicions(campaign)), "none")
 
 
 def count(n: int, **traits: float | str) -> list[str]:
-    """For each number of repeats, how many of n campaigns have a trend, and in how many it is open."""
+    """For each number of repeats, the numbers of n campaigns with a trend and with an open one."""
     cells = []
     for n_repeat in REPEATS:
         told = [judge(draw_campaign(seed, n_repeat, **traits)) for seed in range(n)]  # type: ignore[arg-type]

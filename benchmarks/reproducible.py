@@ -1,11 +1,11 @@
-"""The same numbers on other threads and processors: `stickslip solve` of the shipped chain, or of another case.
+"""Check that other threads and processors give the same numbers, with `stickslip solve` of a case.
 
     python -m benchmarks.reproducible [--case FILE] [--machine-code]
 
-Runs without stored results: with 1 and 2 threads, and with the linear algebra of processors with AVX2 and AVX-512
-(`OPENBLAS_CORETYPE`, `MKL_ENABLE_INSTRUCTIONS`); with `--machine-code` the program's own machine code is compiled for
-these processors too, a minute each. Files are compared byte by byte, and their numbers relative to the largest of each
-column. Threads may change no byte, processors no number by more than 1e-9.
+The default case is the shipped chain. Runs have no stored results: with 1 and 2 threads, and with the linear algebra of
+processors with AVX2 and AVX-512 (`OPENBLAS_CORETYPE`, `MKL_ENABLE_INSTRUCTIONS`). With `--machine-code` the program's
+own machine code is compiled for these processors too, one minute each. Files are compared byte by byte, and their
+numbers relative to the largest of each column. Threads must not change a byte, processors no number by more than 1e-9.
 """
 
 import argparse
@@ -23,7 +23,7 @@ import numpy as np
 ROOT = Path(__file__).parents[1]
 #: Largest difference between processors, relative to the largest number of a column [-].
 MOST = 1e-9
-#: Column of what Newton's method left of the balance, relative to its forces [-].
+#: Column of the residual of Newton's method, relative to the forces [-].
 RESIDUAL = "residual norm"
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 AVX2 = {"OPENBLAS_CORETYPE": "Haswell", "MKL_ENABLE_INSTRUCTIONS": "AVX2"}
@@ -32,7 +32,7 @@ AVX512 = {"OPENBLAS_CORETYPE": "SkylakeX", "MKL_ENABLE_INSTRUCTIONS": "AVX512"}
 
 @dataclass(frozen=True, kw_only=True)
 class Variant:
-    """A way to run a command, and whether its bytes must be those of the first."""
+    """Variant of a run, and whether its bytes must equal those of the first variant."""
 
     name: str
     environment: Mapping[str, str]
@@ -41,7 +41,7 @@ class Variant:
 
 @dataclass(frozen=True, kw_only=True)
 class Compared:
-    """Files of a variant beside those of the first one."""
+    """Comparison of the files of a variant with those of the first one."""
 
     variant: Variant
     other_bytes: tuple[str, ...]
@@ -49,12 +49,12 @@ class Compared:
 
     @property
     def is_right(self) -> bool:
-        """Whether it is as near as it must be."""
+        """Whether the difference is permitted."""
         return not self.other_bytes if self.variant.same_bytes else self.difference <= MOST
 
 
 def list_variants(*, machine_code: bool) -> list[Variant]:
-    """One thread, which the others are compared with, and these."""
+    """List the variants; the first, with one thread, is the reference."""
     two = dict.fromkeys(THREADS, "2")
     processors = {"AVX2": (AVX2, "haswell"), "AVX-512": (AVX512, "skylake-avx512")}
     return [
@@ -69,7 +69,7 @@ def list_variants(*, machine_code: bool) -> list[Variant]:
 
 
 def solve(case: Path, folder: Path, environment: Mapping[str, str]) -> dict[str, bytes]:
-    """Files of one run."""
+    """Run the command; returns its files by name."""
     name = str(len([*folder.iterdir()]))
     words = [sys.executable, "-m", "stickslip", "solve", str(case), "--out", name, "--cache", f"cache{name}", "--quiet"]
     given = {**os.environ, **dict.fromkeys(THREADS, "1"), "PYTHONPATH": str(ROOT), **environment}
@@ -78,7 +78,7 @@ def solve(case: Path, folder: Path, environment: Mapping[str, str]) -> dict[str,
 
 
 def compare(variant: Variant, first: Mapping[str, bytes], files: Mapping[str, bytes]) -> Compared:
-    """Files of two runs."""
+    """Compare the files of a variant with those of the first one."""
     other = tuple(name for name in {**first, **files} if first.get(name) != files.get(name))
     tables = [name for name in first if name.endswith(".csv")]
     return Compared(
@@ -89,7 +89,7 @@ def compare(variant: Variant, first: Mapping[str, bytes], files: Mapping[str, by
 
 
 def difference(first: bytes, second: bytes) -> float:
-    """Largest difference of two CSV files, relative to the largest number of the column; infinite for other rows."""
+    """Largest difference of two CSV files, relative to the largest number of a column; infinite if the rows differ."""
     rows = [[*csv.reader(content.decode().splitlines())] for content in (first, second)]
     if [len(row) for row in rows[0]] != [len(row) for row in rows[1]]:
         return float("inf")
@@ -98,7 +98,7 @@ def difference(first: bytes, second: bytes) -> float:
 
 
 def _column_difference(first: Sequence[str], second: Sequence[str]) -> float:
-    """Of one column, relative to its largest number; a residual is round-off itself, relative to the forces."""
+    """Difference of one column relative to its largest number; of a residual, which is round-off, the difference."""
     try:
         a, b = (np.array([float(cell) if cell else np.nan for cell in column[1:]]) for column in (first, second))
     except ValueError:
@@ -110,7 +110,7 @@ def _column_difference(first: Sequence[str], second: Sequence[str]) -> float:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the table; 1 if something differs by more than it may."""
+    """Print the table; returns 1 if a difference is not permitted."""
     words = argparse.ArgumentParser(prog="python -m benchmarks.reproducible", description=__doc__)
     words.add_argument("--case", type=Path, default=ROOT / "study" / "cases" / "solve_chain.toml")
     words.add_argument("--machine-code", action="store_true", help="also of the program's own kernels")

@@ -1,9 +1,9 @@
-"""The stuck rig, all bodies in full, by CalculiX on the same mesh, beside the reduced assembly.
+"""Compare the reduced assembly of the stuck rig with CalculiX and unreduced bodies on the same mesh.
 
     python -m benchmarks.rig_calculix [SIZE_MM ...]
 
-Contact springs stand between the stations' nodes as in the reduced model. Needs the program ccx (Debian package
-calculix-ccx); some minutes at 2.5 mm.
+Contact springs connect the nodes of the stations as in the reduced model. Needs the program ccx (Debian package
+calculix-ccx); takes some minutes at 2.5 mm.
 """
 
 import sys
@@ -31,12 +31,12 @@ from study.kind.rig.reduction import reduce_rig
 from study.kind.rig.table import RigTable, make_rig_model
 from study.shipped_cases import RIG
 
-#: Frequencies that are compared.
+#: Number of compared frequencies.
 N_MODE = 6
 
 
 def contact_springs(case: Case[RigTable], rig: Rig, whole: Mesh) -> list[NodeSpring]:
-    """Normal and both tangents of every station."""
+    """Springs along normal and both tangents of every station."""
     result = []
     pairs = mating_pairs(rig)
     for pair in make_line_pairs(case, rig):
@@ -68,7 +68,7 @@ def held(whole: Mesh) -> NDArray[np.int64]:
 
 
 def main(sizes: list[float]) -> None:
-    """A table for each size of the elements [mm]."""
+    """Print a table for each size of the elements [mm]."""
     case = open_case(RIG).case
     for size in sizes:
         model = replace(make_rig_model(case), size=1e-3 * size)

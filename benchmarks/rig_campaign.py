@@ -1,7 +1,8 @@
-"""Campaigns of measurements on a rig in which one effect is hidden: time integration of a reduced model of its own.
+"""Virtual campaigns on a rig with one hidden effect, by time integration of a separate reduced model.
 
-The specimen is the rig of the case on another mesh, with parameters that are off the drawing. Each repeat is a set-up
-of its own: dead weights and frequency are a little off, and sliders start anywhere within their limits.
+The specimen is the rig of the case on another mesh, with parameters that deviate from the drawing. Each repeat is a new
+set-up: dead weights and frequency have small deviations, and the initial friction forces are random within their
+limits.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,14 +34,14 @@ from transient.virtual_bench.campaign import (
 )
 from transient.virtual_bench.sweep import VirtualSweepTest
 
-#: Modes that may be the one which the force drives: those of bodies that hang free or roll may be lower.
+#: Number of modes among which the first one excited by the force is searched: free or rolling bodies have lower modes.
 LOWEST = 20
-#: Share of what the force does most in any of them that tells a mode which it drives.
+#: Response of an excited mode, as a fraction of the largest response of these modes.
 DRIVEN = 0.01
-#: Shares of the stuck bending frequency, and of the free one.
+#: Frequencies relative to the stuck bending frequency, and to that of the free configuration.
 JOINTED_GRID = (0.975, 0.985, 0.992, 0.997, 1.0, 1.003, 1.01, 1.02)
 FREE_GRID = (0.98, 0.99, 0.995, 0.999, 1.001, 1.005, 1.01, 1.02)
-#: Level of the free specimen [N]: without contacts it moves a hundred times as far.
+#: Level of the free configuration [N]: without contacts the specimen moves a hundred times as far.
 FREE_LEVEL = 0.1
 LINES = ("left_blade", "left_decoupler", "right_blade", "right_decoupler")
 SENSORS = ("tip", "excitation", "slot", "damper_left", "damper_right")
@@ -48,14 +49,14 @@ SENSORS = ("tip", "excitation", "slot", "damper_left", "damper_right")
 
 @dataclass(frozen=True, kw_only=True)
 class HiddenEffect:
-    """What is planted.
+    """Hidden effect of a specimen.
 
     Parameters
     ----------
     kind
         "nothing", "mass" at the tip, "preload" of the left dead weight, or "cubic" at the tip.
     strength
-        [kg, N, N/m^3].
+        Strength of the effect [kg, N, N/m^3].
     """
 
     kind: str
@@ -64,7 +65,7 @@ class HiddenEffect:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Specimen:
-    """A rig on a mesh of its own, and its parameters as factors on the drawing's."""
+    """Rig on a separate mesh, with its parameters as factors on those of the drawing."""
 
     case: Case[RigTable]
     reduction: RigReduction
@@ -72,19 +73,19 @@ class Specimen:
 
 
 def meshed(path: Path, size: float, n_mode: int) -> Case[RigTable]:
-    """The case of a file with elements of a size [m], and so many modes of all bodies together."""
+    """Case of a file with the given size of elements [m] and number of modes of all bodies together."""
     return with_tables(open_case(path).case, mesh={"size": size}, reduction={"modes": n_mode})
 
 
 def specimen(case: Case[RigTable], random: np.random.Generator) -> Specimen:
-    """The rig of a case, as it is made.
+    """Make a specimen of the rig of a case.
 
     Parameters
     ----------
     case
-        Its drawing.
+        Case with the drawing.
     random
-        Of its parameters.
+        Generator of the parameters.
     """
     run = stored_run()
     reduction = reduce_rig(make_rig_model(case), run.store, run.progress)
@@ -93,7 +94,7 @@ def specimen(case: Case[RigTable], random: np.random.Generator) -> Specimen:
 
 
 def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSystem, JointedSystem]:
-    """The jointed and the free specimen of one set-up, whose dead weights are `load` times those of the drawing."""
+    """Jointed and free specimen of one set-up, with dead weights `load` times those of the drawing."""
     drawn, factors = of.case.structure, of.factors
     contact, weight = drawn.contact, drawn.dead_weight
     left = weight.force + (effect.strength if effect.kind == "preload" else 0.0)
@@ -117,8 +118,8 @@ def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSys
         excitation(of.reduction),
     )
     young, bodies = factors["youngs_modulus"] - 1, preloaded.joined.bodies
-    # The damping of the specimen is that of its drawing: it does not follow Young's modulus, as a model's does.
-    # The bench knows a line by the first word of its contacts' names.
+    # The damping of the specimen does not depend on its Young's modulus, unlike that of a model.
+    # The bench takes the first word of a contact's name as its line.
     joints = [replace(item, name=item.name.replace(".", " ")) for item in system.joints]
     jointed = replace(system, stiffness=system.stiffness + young * bodies, joints=joints)
     free = replace(
@@ -129,7 +130,7 @@ def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSys
     )
     tip = np.flatnonzero(list_measured_places(of.reduction)["tip"])[0]
     if effect.kind == "mass":
-        # Boundary nodes have their x, y and z one after the other.
+        # x, y and z of a boundary node are consecutive.
         mass = np.array(system.mass)
         mass[[tip - 1, tip, tip + 1], [tip - 1, tip, tip + 1]] += effect.strength
         return replace(jointed, mass=mass), replace(free, mass=mass)
@@ -142,7 +143,7 @@ def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSys
 
 
 def sweeps(of: Specimen, effect: HiddenEffect, points: CampaignPoints, random: np.random.Generator) -> Iterator[Sweep]:
-    """All sweeps of a campaign, free of noise."""
+    """All sweeps of a campaign, without noise."""
     sensors = {name: row for name, row in list_measured_places(of.reduction).items() if name in SENSORS}
     for repeat in range(1, points.n_repeat + 1):
         load, shift, shift_free = 1 + random.standard_normal(3) * [PRELOAD_JITTER, FREQUENCY_JITTER, FREQUENCY_JITTER]
@@ -161,18 +162,18 @@ def sweeps(of: Specimen, effect: HiddenEffect, points: CampaignPoints, random: n
 
 
 def make_rig_campaign(folder: Path, case: Case[RigTable], *, seed: int, effect: HiddenEffect) -> Specimen:
-    """Measure a rig with a hidden effect and write the campaign's folder.
+    """Measure a rig with a hidden effect and write the folder of the campaign.
 
     Parameters
     ----------
     folder
-        Where campaign.toml and its tables go.
+        Folder for campaign.toml and its tables.
     case
-        The specimen's drawing, with its own mesh.
+        Case with the drawing of the specimen and its mesh.
     seed
-        Of parameters, histories, jitter and noise.
+        Seed of parameters, histories, jitter and noise.
     effect
-        What is hidden.
+        Hidden effect.
     """
     streams = [np.random.default_rng(item) for item in np.random.SeedSequence(seed).spawn(3)]
     made = specimen(case, streams[0])
@@ -186,7 +187,7 @@ def make_rig_campaign(folder: Path, case: Case[RigTable], *, seed: int, effect: 
 
 
 def rig_points(of: Specimen, effect: HiddenEffect, n_repeat: int = 3) -> CampaignPoints:
-    """Where to measure: about the resonances of the specimen, which any bench finds before it measures."""
+    """Measurement points around the resonances of the specimen, which a test would first search."""
     jointed, free = systems(of, effect, 1.0)
     tip, force = list_measured_places(of.reduction)["tip"], excitation(of.reduction)[1].real
     return CampaignPoints(
@@ -198,7 +199,7 @@ def rig_points(of: Specimen, effect: HiddenEffect, n_repeat: int = 3) -> Campaig
 
 
 def _resonance(system: JointedSystem, tip: Row, force: Row) -> float:
-    """Frequency of the first mode in which a force moves the tip, all contacts stuck [Hz]."""
+    """Frequency of the first mode in which the force moves the tip, with all contacts stuck [Hz]."""
     modes = compute_dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
     eigenvalue, shapes = modes.lambda_[:LOWEST], modes.mode_shapes[:, :LOWEST]
     moved = np.abs((tip @ shapes) * (force @ shapes)) / eigenvalue

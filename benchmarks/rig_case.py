@@ -1,4 +1,4 @@
-"""The shipped rig as benchmarks need it: its case with other numbers, and its model from stored bodies."""
+"""The shipped rig for benchmarks: its case with other values, and its model from stored bodies."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -18,16 +18,16 @@ from study.solve.model import SolveModel, make_solve_model
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PreparedRig:
-    """A rig that is ready to be solved.
+    """Rig prepared for a solution.
 
     Parameters
     ----------
     case
-        As it was read.
+        Case as read.
     preloaded
-        Under its dead weights.
+        Rig under its dead weights.
     model
-        Loads, outputs and curves.
+        System with loads, outputs and curves.
     """
 
     case: Case[RigTable]
@@ -36,18 +36,18 @@ class PreparedRig:
 
 
 def with_tables(case: Case[RigTable], **tables: Mapping[str, Any]) -> Case[RigTable]:
-    """The same case with other values in tables of ``[structure]``, by name."""
+    """Case with other values in tables of ``[structure]``, by name."""
     structure = case.structure
     changed = {name: getattr(structure, name).model_copy(update=dict(values)) for name, values in tables.items()}
     return case.model_copy(update={"structure": structure.model_copy(update=changed)})
 
 
 def stored_run() -> RunContext:
-    """A run that takes bodies which were reduced before, and shows the others a line each."""
+    """Run that reuses stored reduced bodies and prints one line for each other body."""
     return replace(silent_run(), store=Store(default_folder()), progress=LineProgress())
 
 
 def prepared(opened: OpenCase, **tables: Mapping[str, Any]) -> PreparedRig:
-    """The rig of a case, with other values in tables of ``[structure]``."""
+    """Prepare the rig of a case with other values in tables of ``[structure]``."""
     read: ReadCase = read_case(replace(opened, case=with_tables(opened.case, **tables)), run=stored_run())
     return PreparedRig(case=read.opened.case, preloaded=read.structure.details, model=make_solve_model(read))

@@ -1,15 +1,15 @@
-"""How fine a rig's mesh has to be, and what its reduction loses: the blade, the stuck rig, and the reduced assembly.
+"""Convergence of the rig with its mesh, and error of its reduction: blade, stuck rig and reduced assembly.
 
     python -m benchmarks.rig_convergence
 
 1. First frequency of the blade without contacts on nested meshes, each cell cut into 2 and 4 along each edge: limit and
    observed order by Richardson's extrapolation.
-2. First bending frequency of the rig with all contacts stuck, all bodies in full, on meshes of several sizes and on a
-   nested pair. Stations are nodes, so that a contact's force acts at a point, beside which a body gives way without
-   limit as its mesh is refined: it has no limit, and falls slowly for ever.
-3. The reduced assembly of the case at 5 mm beside its bodies in full.
+2. First bending frequency of the rig with all contacts stuck and unreduced bodies, on meshes of several sizes and on a
+   nested pair. Stations are nodes, so contact forces act at points, where the local compliance grows without limit as
+   the mesh is refined. The frequency therefore does not converge; it keeps decreasing slowly.
+3. Reduced assembly of the case at 5 mm against its unreduced bodies.
 
-Some minutes and 3 GB.
+Takes some minutes and 3 GB.
 """
 
 from dataclasses import replace
@@ -40,16 +40,16 @@ from study.kind.rig.table import RigTable, make_rig_model
 from study.shipped_cases import RIG
 from study.table1.stages import richardson
 
-#: Size of the coarsest of the nested meshes, and into how many its cells are cut [m, -].
+#: Element size of the coarsest nested mesh [m], and number of parts of its cells along each edge [-].
 COARSE, CUTS = 10e-3, (1, 2, 4)
-#: Sizes of the rig's elements, and the coarser mesh of its nested pair [m].
+#: Element sizes of the rig, and element size of the coarser mesh of its nested pair [m].
 SIZES, NESTED = (5e-3, 3e-3, 2.5e-3), 8e-3
-#: Of the reduced assembly: size [m], modes, and frequencies between its resonances [Hz].
+#: Element size of the reduced assembly [m], number of modes, and frequencies between its resonances [Hz].
 REDUCED, N_MODE, BAND = 5e-3, 8, (50.0, 150.0, 200.0, 260.0, 350.0, 450.0, 600.0, 800.0, 1000.0, 1200.0)
 
 
 def free_blade(model: RigModel) -> None:
-    """Nested meshes of the blade."""
+    """Print the convergence of the blade on nested meshes."""
     print("\n| cells cut into | degrees of freedom | blade without contacts [Hz] |\n|---|---|---|")
     result = []
     for cut in CUTS:
@@ -63,7 +63,10 @@ def free_blade(model: RigModel) -> None:
 
 
 def first_bending(case: Case[RigTable], model: RigModel, meshes: dict[str, Mesh]) -> tuple[float, int]:
-    """The first stuck mode that the exciter drives [Hz], and the number of degrees of freedom."""
+    """Frequency of the first bending mode with all contacts stuck [Hz], and number of degrees of freedom.
+
+    It is the mode of the first four that moves most at the response.
+    """
     whole = join_meshes(meshes)
     mass, stiffness = assemble(whole, model.material)
     rows, columns, values = [], [], []
@@ -82,7 +85,7 @@ def first_bending(case: Case[RigTable], model: RigModel, meshes: dict[str, Mesh]
 
 
 def stuck_rig(case: Case[RigTable], model: RigModel) -> None:
-    """Sizes, and a nested pair."""
+    """Print the frequency of the stuck rig for all sizes and for a nested pair of meshes."""
     print("\n| mesh | degrees of freedom | first bending, stuck [Hz] | beside the finest size |\n|---|---|---|---|")
     sizes = {f"{1e3 * size:g} mm": mesh_rig(model.rig, choose_rig_mesh(model.rig, HEX20, size)) for size in SIZES}
     pair = {
@@ -98,7 +101,7 @@ def stuck_rig(case: Case[RigTable], model: RigModel) -> None:
 
 
 def reduced_rig(case: Case[RigTable], model: RigModel) -> None:
-    """The reduced assembly against the full one."""
+    """Print the errors of the reduced assembly against the full one."""
     model = replace(model, size=REDUCED)
     reduction = reduce_rig(model, Store(default_folder()), SilentProgress())
     assembly = reduction.assembly

@@ -1,11 +1,11 @@
-"""Measured families over response and force limits of the shipped rig: figures 17 and 18 of the paper in form.
+"""Measured families over response and force limits of the shipped rig, in the form of figures 17 and 18 of the paper.
 
     OMP_NUM_THREADS=1 python -m benchmarks.rig_families [--size MM] [--modes N] [--repeats N] [--frequencies N]
         [--softer 1.0] [--folder FOLDER]
 
-The campaign is virtual: the rig's own model (`--softer` scales the tangential stiffness of the measured one), slider
-states that friction histories left under the dead weights, sweeps up and down, noise of 0.5 %. Measured are the tip and
-the forces of both contact lines of the blade. Figures and the verdict go to the folder.
+The campaign is virtual: the model of the rig itself (`--softer` scales the tangential stiffness of the measured one),
+initial sliders from friction histories under the dead weights, sweeps up and down, noise of 0.5 %. Measured are the tip
+and the forces of both contact lines of the blade. Figures and the verdict go to the folder.
 """
 
 import argparse
@@ -35,12 +35,12 @@ from study.shipped_cases import RIG  # noqa: E402
 
 LEVELS = (1.0, 3.0, 5.0, 10.0)
 LINES = ("left_blade", "right_blade")
-#: Shares of the stuck resonance between which is measured.
+#: Measured frequency range relative to the stuck resonance.
 BAND = (0.955, 1.015)
 
 
 def observed(model: Model) -> Model:
-    """The model with the tip and the forces of the blade's lines as its sensors."""
+    """Model with the tip and the forces of the blade's lines as sensors."""
     tip = next(item for item in model.sensors if isinstance(item, Sensor))
     forces = [
         LineSensor(name=f"{line}_{component[0].upper()}", line=line, component=component)
@@ -56,13 +56,13 @@ def resonance(model: Model) -> float:
     assert isinstance(tip, Sensor)
     modes = compute_dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
     moved = np.abs((tip.row @ modes.mode_shapes) * (system.dynamic[1] @ modes.mode_shapes)) / modes.lambda_
-    # Bodies that hang free or roll have lower modes, which the force hardly drives.
+    # Free or rolling bodies have lower modes, which the force hardly excites.
     first = int(np.argmax(moved > 0.1 * moved.max()))
     return float(np.sqrt(modes.lambda_[first]) / (2 * np.pi))
 
 
 def measure(model: Model, sliders: list[np.ndarray], frequency: np.ndarray, seed: int) -> Campaign:
-    """Every repeat begins each level with the sliders that a history of its own has left."""
+    """Measure a campaign; each repeat starts every level with the sliders of its own friction history."""
     keys = [
         (level, f, number, harmonic)
         for level in LEVELS
@@ -85,13 +85,13 @@ def measure(model: Model, sliders: list[np.ndarray], frequency: np.ndarray, seed
             records.append(np.column_stack(columns))
             values.append(value[there])
     record, value = np.vstack(records), np.concatenate(values)
-    # As the runs are made: a level up and down, then the next one.
+    # In the order of the runs: one level up and down, then the next level.
     order = np.lexsort((-record[:, 1], record[:, 2], record[:, 0]))
     return campaign(model, record[order], value[order], np.random.default_rng(seed))
 
 
 def main() -> None:
-    """Verdict to the screen, figures to the folder."""
+    """Print the verdict and write the figures."""
     words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     words.add_argument("--size", type=float, default=5.0, help="of the elements [mm]")
     words.add_argument("--modes", type=int, default=60)

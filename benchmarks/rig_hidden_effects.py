@@ -1,10 +1,10 @@
-"""The diagnosis on the rig: which effect is named where a mass, a dead weight, a cubic spring or nothing was hidden.
+"""Diagnosis of the rig with a hidden mass, change of a dead weight, cubic spring, or without a hidden effect.
 
     OMP_NUM_THREADS=1 python -m benchmarks.rig_hidden_effects [--folder FOLDER] [--seeds 3] [--first 1] [--only mass]
 
-The model is the rig of the shipped case with elements of `MODEL_SIZE`, its numerical error what elements of
-`FINER_SIZE` change; what is measured is integrated in time on a reduced model of elements of `SPECIMEN_SIZE`, whose
-parameters are off the drawing. Campaigns and diagnoses that are there already are not made again.
+The model is the rig of the shipped case with elements of `MODEL_SIZE`; its numerical error follows from elements of
+`FINER_SIZE`. Measurements are simulated in time with a reduced model with elements of `SPECIMEN_SIZE`, whose parameters
+deviate from the drawing. Existing campaigns and diagnoses in the folder are reused.
 """
 
 import argparse
@@ -23,9 +23,9 @@ from study.case.setup import read_case
 from study.kind.registry import open_case
 from study.shipped_cases import RIG
 
-#: Sizes of elements [m]: no mesh is another's refinement.
+#: Sizes of elements [m]: no mesh is a refinement of another.
 MODEL_SIZE, FINER_SIZE, SPECIMEN_SIZE = 0.003, 0.002, 0.0025
-#: Modes: up to three times the highest harmonic that the model keeps.
+#: Number of modes: up to three times the highest harmonic of the model.
 N_MODE = 60
 #: Names of the case files.
 MODEL, FINER = "rig", "rig_finer"
@@ -33,7 +33,7 @@ MODEL, FINER = "rig", "rig_finer"
 
 @dataclass(frozen=True, kw_only=True)
 class Planted:
-    """An effect, and how the diagnosis calls it."""
+    """Hidden effect with its name and true value in the diagnosis."""
 
     effect: HiddenEffect
     name: str
@@ -41,7 +41,7 @@ class Planted:
 
 
 def planted(force: float) -> list[Planted]:
-    """The three effects, and none; `force` is that of the drawing's dead weight [N]."""
+    """List the three effects and "nothing"; `force` is the dead weight of the drawing [N]."""
     return [
         Planted(effect=HiddenEffect(kind="mass", strength=4e-3), name="mass at tip", value=4e-3),
         Planted(
@@ -55,7 +55,7 @@ def planted(force: float) -> list[Planted]:
 
 
 def write_model(folder: Path) -> Path:
-    """The case of the shipped rig on another mesh, and the finer one that tells its numerical error."""
+    """Write the case of the shipped rig on another mesh, and the finer case for its numerical error."""
     folder.mkdir(parents=True, exist_ok=True)
     shipped, texts = RIG.read_text(encoding="utf-8"), {}
     for stem, size in ((FINER, FINER_SIZE), (MODEL, MODEL_SIZE)):
@@ -70,7 +70,7 @@ def write_model(folder: Path) -> Path:
 
 
 def examine(case: Path, folder: Path, hidden: Planted, seed: int) -> dict[str, object]:
-    """Make a campaign, diagnose it, and keep what came out."""
+    """Make a campaign, diagnose it and store the result."""
     record = folder / f"{hidden.effect.kind}_{seed}.json"
     if record.is_file():
         return dict(json.loads(record.read_text(encoding="utf-8")))
@@ -100,7 +100,7 @@ def examine(case: Path, folder: Path, hidden: Planted, seed: int) -> dict[str, o
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """All effects with all seeds, a line each."""
+    """Print one line for each effect and seed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--folder", type=Path, default=Path("rig_hidden_effects"))
     parser.add_argument("--seeds", type=int, default=3, help="how many")

@@ -1,11 +1,12 @@
-"""Response limits of the rig in the paper's four configurations and in two more, and limits of its contact forces.
+"""Response limits of the rig in the four configurations of the paper and in two more, and limits of contact forces.
 
     OMP_NUM_THREADS=1 python -m benchmarks.rig_limits [--size MM] [--configurations 3 4] [--forces 3]
         [--band 222 258 1] [--gap-angle 0.35] [--mu 0.6] [--inclination 15] [--folder FOLDER]
 
-The configurations are those of the paper's Fig. 16: contact parameters, then dead weights that are shifted along the
-damper, then inclined, then a gap that opens along one line of the left damper. Number 5 has gaps that vibration closes,
-6 is the same without them (`--configurations 6 5 --forces --band 247 257.1 0.5`). Tables and figures go to the folder.
+Configurations 1 to 4 are those of the paper's Fig. 16: contact parameters; with dead weights shifted along the damper;
+also inclined; also with a gap that opens along one line of the left damper. Number 5 has gaps that vibration closes, 6
+is the same without gaps (`--configurations 6 5 --forces --band 247 257.1 0.5`). Limits and figures go to the folder,
+tables to the screen.
 """
 
 import argparse
@@ -43,21 +44,21 @@ FORCES = {"T0": (0, 0), "N0": (-1, 0), "T1": (0, 1), "N1": (-1, 1)}
 
 @dataclass(frozen=True, kw_only=True)
 class Configuration:
-    """One of Fig. 16, or 5 and 6; lengths of the paper's rig are not known: shifts are shares of the cylinder's."""
+    """One configuration. The paper gives shifts relative to an unknown length; here it is that of the cylinder."""
 
     kt: float
     kn: float
     mu: float
     shift: tuple[float, float] = (0.0, 0.0)
-    """Left and right, away from the blade [m]."""
+    """Shift of the left and right dead weight away from the blade [m]."""
     inclination: tuple[float, float] = (0.0, 0.0)
-    """Left and right, towards +y [rad]."""
+    """Inclination of the left and right dead weight towards +y [rad]."""
     gap_angle: float = 0.0
-    """Between the left damper and the blade [rad]."""
+    """Angle of the gap between the left damper and the blade [rad]."""
     gap_end: float = 0.0
-    """At the shoulders, between both dampers and the blade [m]."""
+    """Gap at the shoulders between both dampers and the blade [m]."""
     crowning: tuple[float, float] | None = None
-    """Of lines of the blade and of de-couplers [m], where it is not the case's."""
+    """Crowning of the lines of the blade and of the de-couplers [m]; that of the case by default."""
 
 
 CONFIGURATIONS = {
@@ -78,7 +79,7 @@ CONFIGURATIONS = {
 
 
 def configured(opened: OpenCase, of: Configuration, size: float) -> PreparedRig:
-    """The rig of a case with elements of a size [m], in one of the configurations."""
+    """Prepare the rig of a case in one configuration, with elements of the given size [m]."""
     drawn = opened.case.structure
     own: dict[str, dict[str, float]] = {f"{side}_{body}": {} for side in SIDES for body in ("blade", "decoupler")}
     if of.gap_angle:
@@ -103,7 +104,7 @@ def configured(opened: OpenCase, of: Configuration, size: float) -> PreparedRig:
 
 
 def amplitude_limits(rig: PreparedRig, frequencies: Real, samples: int) -> ResponseLimits:
-    """Of the tip over frequency [Hz] and level."""
+    """Limits of the tip over frequency [Hz] and level."""
     balance = HarmonicBalance(system=rig.model.system, n_harmonic=6, n_sample=256)
     problem = limit_problem(
         balance, OutputHarmonic(row=rig.model.outputs[0].row), nominal=rig.preloaded.static_state.slider
@@ -113,7 +114,7 @@ def amplitude_limits(rig: PreparedRig, frequencies: Real, samples: int) -> Respo
 
 
 def by_level(limits: ResponseLimits) -> LimitsByLevel:
-    """Highest points of both limits."""
+    """Largest values of both limits at each level."""
     at = limits.value.argmax(axis=2)
     value = 1e6 * np.take_along_axis(limits.value, at[..., None], axis=2)[..., 0]
     jump = np.take_along_axis(limits.jump, at[..., None], axis=2)[..., 0]
@@ -129,7 +130,7 @@ def by_level(limits: ResponseLimits) -> LimitsByLevel:
 
 
 def force_panels(rig: PreparedRig, frequency: float) -> list[ForceLimits]:
-    """Static and dynamic forces of all lines at one frequency, against level, with random histories inside."""
+    """Limits of static and dynamic forces of all lines at one frequency over level, with random histories."""
     from hbsolve.limits.random_histories import independent_histories
 
     balance = HarmonicBalance(system=rig.model.system, n_harmonic=6, n_sample=256)
@@ -152,7 +153,7 @@ def force_panels(rig: PreparedRig, frequency: float) -> list[ForceLimits]:
 
 
 def main() -> None:
-    """Tables to the screen, figures to the folder."""
+    """Print the tables and write the figures."""
     words = argparse.ArgumentParser()
     words.add_argument("--size", type=float, default=5.0)
     words.add_argument("--configurations", type=int, nargs="*", default=[3, 4])

@@ -1,12 +1,13 @@
-"""How far the limits of the shipped rig can be trusted, and what they cost beside other ways to find them.
+"""Reliability of the limits of the shipped rig, and their cost against other methods.
 
     OMP_NUM_THREADS=1 python -m benchmarks.rig_limits_trust [--histories 300] [--race SECONDS] [--spacing HZ]
 
-The case is `study/cases/rig.toml` with a step of its own. Two seeds search; new histories are counted against the
-frozen limits of the first, the limits are repaired from those outside, and as many new ones are counted again. Where
-the band is wide, the best sampled state and one local search are compared with the limit. The race gives single upper
-limits to the local search and to the full space (`limits_full_space.py`), from the same start each: `trust-constr`
-until a state is within 1 % of the best known, IPOPT until it has converged.
+The case is `study/cases/rig.toml` with another frequency step. The limits are searched with two seeds. New histories
+outside the finished limits of the first are counted, the limits are repaired by an audit with further histories, and as
+many new histories are counted again. Where upper and lower limit are far apart, one local search from the best sampled
+state is compared with the limit. The race compares the local search with searches in the full space
+(`limits_full_space.py`) for single upper limits from the same start: `trust-constr` until a state is within 1 % of the
+best known value, IPOPT until it has converged.
 """
 
 import argparse
@@ -40,14 +41,14 @@ from study.limits.table import LimitsTable  # noqa: E402
 from study.shipped_cases import RIG  # noqa: E402
 
 Real = NDArray[np.float64]
-#: Level and frequency [Hz] of the race: the resonance and its flanks.
+#: Levels [N] and frequencies [Hz] of the race: the resonance and its flanks.
 RACE = ((3.0, 254.0), (5.0, 254.0), (10.0, 253.0))
-#: A band wider than the first, as a share of the lower limit, must be reached by samples and search to the second.
+#: Smallest ratio of upper to lower limit for the comparison with a local search, and its target, which is only printed.
 WIDE, REACHED = 1.02, 0.05
 
 
 def rig_problem(spacing: float) -> tuple[LimitProblem, Real, tuple[float, ...]]:
-    """The shipped case's search, on frequencies of that step [Hz]."""
+    """Limit problem of the shipped case, its angular frequencies at the given spacing [Hz], and its levels."""
     rig = prepared(open_case(RIG), contact={"tangents": "along"})
     table = LimitsTable.model_validate({"step": f"{spacing} Hz"})
     search = make_limit_search(rig.case, table, rig.case.sweep, rig.model)
@@ -72,7 +73,7 @@ def timed(
 
 
 def count_outside(problem: LimitProblem, limits: ResponseLimits, histories: int, seed: int) -> None:
-    """Print how many of so many new histories lie outside."""
+    """Print how many new histories lie outside the limits."""
     fresh = independent_histories(problem, limits, histories, seed=seed)
     for level, excess in zip(limits.level, fresh.excess, strict=True):
         result = excess[np.isfinite(excess)]
@@ -88,7 +89,7 @@ def count_outside(problem: LimitProblem, limits: ResponseLimits, histories: int,
 
 
 def repaired(problem: LimitProblem, limits: ResponseLimits, histories: int, seed: int) -> ResponseLimits:
-    """Limits after an audit of their own by so many histories."""
+    """Limits after repair by an audit with the given number of histories."""
     value = limits.value.copy()
     numbers = range(len(limits.angular_frequency))
     for row, level in enumerate(limits.level):
@@ -116,7 +117,7 @@ def repaired(problem: LimitProblem, limits: ResponseLimits, histories: int, seed
 
 
 def reached(problem: LimitProblem, limits: ResponseLimits, histories: int, seed: int) -> None:
-    """Print how near samples and one local search from the best of them come, where the band is wide."""
+    """Print how near one local search from the best sampled state comes to limits that are far apart."""
     numbers = range(len(limits.angular_frequency))
     worst, points = 0.0, 0
     for row, level in enumerate(limits.level):
@@ -139,7 +140,7 @@ def reached(problem: LimitProblem, limits: ResponseLimits, histories: int, seed:
 
 
 def races(problem: LimitProblem, limits: ResponseLimits, seconds: float) -> None:
-    """Print what single upper limits cost by the search of their point alone, by a local search, and in full space."""
+    """Print the cost of single upper limits: local search, full space, and limit search of this point alone."""
     for level, frequency in RACE:
         at, row = int(np.abs(limits.frequency - frequency).argmin()), list(limits.level).index(level)
         race(problem, limits, row, at, seconds)
@@ -149,14 +150,14 @@ def races(problem: LimitProblem, limits: ResponseLimits, seconds: float) -> None
 
 
 def main() -> None:
-    """Print all of it."""
+    """Print all results."""
     words = argparse.ArgumentParser()
     words.add_argument("--histories", type=int, default=300)
     words.add_argument("--race", type=float, default=0.0, metavar="SECONDS", help="for each of the other ways")
     words.add_argument("--spacing", type=float, default=0.25, metavar="HZ")
     asked = words.parse_args()
     problem, omega, levels = rig_problem(asked.spacing)
-    # Compiles.
+    # Compile the kernels.
     response_limits(problem, [omega[0]], levels[:1], settings=LimitSettings(sample=2, frequencies=1))
     limits, search, audit = timed(problem, omega, levels, LimitSettings())
     points = limits.lower.size

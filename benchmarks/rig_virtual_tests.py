@@ -1,10 +1,10 @@
-"""Repeated virtual tests of the shipped rig against its limits: time integration against harmonic balance.
+"""Compare repeated virtual tests of the shipped rig, by time integration, with its limits by harmonic balance.
 
     OMP_NUM_THREADS=1 python -m benchmarks.rig_virtual_tests [--repeats 3] [--frequencies 252.5 255 0.5]
         [--levels 3 5 10] [--folder FOLDER]
 
-Each repeat has a loading history of its own (`transient.virtual_bench.repeats`): the hand that places the dampers,
-preloads that shoot over and under, levels that overshoot, sweeps up and down. The campaign stays in the folder, for
+Each repeat has a random loading history (`transient.virtual_bench.repeats`): placement of the dampers, over- and
+undershoot of the preload, overshoot of levels, sweeps up and down. The campaign is written to the folder for
 `stickslip compare`. Points whose sliders stay in the box must lie within the limits; the others are counted.
 """
 
@@ -38,14 +38,14 @@ from transient.virtual_bench.campaign import CampaignLayout, CampaignPoints, Swe
 from transient.virtual_bench.repeats import repeated_tests  # noqa: E402
 
 Real = NDArray[np.float64]
-#: Harmonic balance with five harmonics against integration, worst of 12 points (`rig_witness`).
+#: Largest relative difference between harmonic balance (H = 5) and time integration at 12 points (`rig_witness`).
 BETWEEN_THEM = 0.007
 STEPS = 256
 TITLES = "| level | points | inside | in the box | inside of those | drift / box | band / spread | score [um] |"
 
 
 def measured(tests: list[Sweep], n_frequency: int) -> Real:
-    """Amplitudes of the tip, each repeat's sweep up and then, in the order of the frequencies, its sweep down."""
+    """Amplitudes of the tip in the order of the frequencies: rows are the sweeps up and down of each repeat."""
     result = []
     for test in tests:
         tip = np.abs(test.readings.motion[:, list(SENSORS).index("tip"), 0])
@@ -54,7 +54,7 @@ def measured(tests: list[Sweep], n_frequency: int) -> Real:
 
 
 def drifts(tests: list[Sweep], nominal: Real, n_frequency: int) -> Real:
-    """How far sliders are from the middle of the box, in the same order [m]."""
+    """Largest distances of the sliders from the middle of the box [m], in the order of `measured`."""
     result = []
     for test in tests:
         far = np.abs(test.readings.slider - nominal).max(axis=1)
@@ -63,7 +63,7 @@ def drifts(tests: list[Sweep], nominal: Real, n_frequency: int) -> Real:
 
 
 def told(level: float, limits: ResponseLimits, row: int, amplitude: Real, drift: Real) -> bool:
-    """Print what lies inside; whether all does whose sliders stay in the box."""
+    """Print the coverage at a level; returns whether all points with sliders in the box are within the limits."""
     lower, upper = limits.lower[row] * (1 - BETWEEN_THEM), limits.upper[row] * (1 + BETWEEN_THEM)
     held = drift <= limits.reach.max()
     boxed = np.where(held, amplitude, np.nan)
@@ -79,7 +79,7 @@ def told(level: float, limits: ResponseLimits, row: int, amplitude: Real, drift:
 
 
 def main() -> None:
-    """A table to the screen, the campaign and a figure to the folder."""
+    """Print the tables; write the campaign and the figures."""
     words = argparse.ArgumentParser()
     words.add_argument("--repeats", type=int, default=3)
     band = [252.5, 255.0, 0.5]
@@ -92,7 +92,7 @@ def main() -> None:
     rig = prepared(open_case(RIG), contact={"tangents": "along"})
     search = make_limit_search(rig.case, LimitsTable(), rig.case.sweep, rig.model)
     problem = search.problem()
-    # The bench knows a line by the first word of its contacts' names.
+    # The bench takes the first word of a contact's name as its line.
     joints = [replace(item, name=item.name.replace(".", " ")) for item in rig.model.system.joints]
     places = list_measured_places(rig.preloaded.reduction)
     began = time.process_time()
@@ -122,7 +122,7 @@ def main() -> None:
     )
     sound = True
     for reach, name in ((float(problem.box.reach.max()), "band"), (1.01 * drift.max(), "wide_band")):
-        # The second box holds all sliders, so that all points must lie inside.
+        # The second box contains all sliders, so all points must lie within its limits.
         limits = response_limits(
             replace(search, reach=reach).problem(), 2 * pi * frequencies, asked.levels, settings=LimitSettings()
         )
@@ -135,7 +135,7 @@ def main() -> None:
 
 
 def picture(limits: ResponseLimits, amplitude: Real, reach: float) -> bytes:
-    """The bands with the tests inside."""
+    """Figure of the limits with the tests, as PNG."""
     bands = [
         Band(
             label=f"{level:g} N",

@@ -1,11 +1,11 @@
-"""The rig's steady states by harmonic balance against time integration, and what a curve costs.
+"""Compare steady states of the rig by harmonic balance with time integration, and measure the cost of a curve.
 
     OMP_NUM_THREADS=1 python -m benchmarks.rig_witness [CASE]
 
-Each level of the case with each of its friction histories, at the frequency where the tip moves most. Time integration
-starts on the orbit that harmonic balance found and goes on until the motion repeats: it would leave an orbit that is
-none. Sliders that stick remember where they were left, so harmonic balance is then solved again with those of the
-integration, with more and more harmonics until the tip's amplitude changes by less than `CONVERGED`.
+Compared is each level of the case with each of its friction histories, at the frequency of largest motion of the tip.
+Time integration starts on the orbit from harmonic balance and continues until the motion is periodic; it would leave a
+wrong orbit. Because sticking sliders keep their positions, harmonic balance is then solved again with the sliders of
+the integration, with more harmonics until the amplitude of the tip changes by less than `CONVERGED`.
 """
 
 import sys
@@ -26,22 +26,23 @@ from study.solve.curve import RequestedCurve, response_curve
 from transient.state import start_from
 from transient.steady import steady_motion
 
-#: Change of the fundamental by the last doubling of the harmonics, a tenth of what is asked of the comparison.
+#: Largest relative change of the fundamental by the last doubling of the harmonics, a tenth of the required accuracy;
+#: largest number of harmonics.
 CONVERGED, MOST_H = 1e-3, 40
 SAMPLES = 512
-#: Of the integration in a period: at 2.5 mm, 1 N and 253.8 Hz 512 steps err by 0.7 %, 1024 by 0.13 and 2048 by 0.02 %.
+#: Time steps per period. The errors at 2.5 mm, 1 N and 253.8 Hz: 0.7 % with 512, 0.13 % with 1024, 0.02 % with 2048.
 STEPS = 2048
 
 
 def solved(rig: PreparedRig, curve: RequestedCurve) -> tuple[ResponseBranch, float]:
-    """A curve, and the processor time that it took [s]."""
+    """Compute a curve; returns it and its processor time [s]."""
     model, start = rig.model, time.process_time()
     branch = response_curve(model.system, curve, model.harmonics, model.n_sample)
     return branch, time.process_time() - start
 
 
 def cost(path: Path) -> None:
-    """Processor time of 100 points on one core."""
+    """Print the processor time of 100 points on one core."""
     print("\n| friction | points | s a 100 points |\n|---|---|---|")
     for tangents in ("along", "both"):
         rig = prepared(open_case(path), contact={"tangents": tangents})
@@ -55,7 +56,7 @@ def cost(path: Path) -> None:
 
 
 def compare(path: Path) -> None:
-    """A line for each level and history."""
+    """Print one line for each level and history."""
     rig = prepared(open_case(path), contact={"tangents": "along"})
     model = rig.model
     tip = model.outputs[0].row
@@ -88,7 +89,7 @@ def compare(path: Path) -> None:
 def converged(
     balance: HarmonicBalance, omega: float, slider: NDArray[np.float64], tip: NDArray[np.float64]
 ) -> tuple[complex, int]:
-    """The tip's fundamental with so many harmonics that it changes no more, and their number."""
+    """Fundamental of the tip after convergence with the number of harmonics, and this number."""
     before, n = None, balance.n_harmonic - 1
     while True:
         finer = replace(balance, n_harmonic=n + 1, n_sample=max(SAMPLES, 16 * n))

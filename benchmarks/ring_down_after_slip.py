@@ -1,11 +1,11 @@
-"""Whether readings of decays that begin in gross slip lie within their stated deviations.
+"""Errors of readings of decays that begin in gross slip, compared with their stated deviations.
 
     python -m benchmarks.ring_down_after_slip [--seeds FIRST:LAST] [--backbone] [--each]
 
 Each seed is a chain of three or four masses with one or two Jenkins elements, released from a static deflection of 1 to
-30 times the onset of slip, so that several modes slip at once and are linear afterwards. An explicit integration of its
-own stands for the specimen. After the last slip the truth is the closed form of the stuck chain; before it, with
-``--backbone``, that of harmonic balance, mode by mode.
+30 times the onset of slip, so that several modes slip at the same time and are linear afterwards. The decay is
+simulated with a separate explicit integration. The truth after the last slip is the closed form of the stuck chain;
+before it, with ``--backbone``, the result of harmonic balance for each mode.
 """
 
 import sys
@@ -27,19 +27,19 @@ from reduction.joint_law.jenkins import JenkinsElement
 from reduction.jointed_system import JointedSystem
 
 Array = NDArray[np.float64]
-#: Counted seeds; constants were chosen on seeds from 0.
+#: First scored seed; constants were chosen with seeds from 0.
 FIRST = 440_000
 #: Samples per period of the first mode, and steps of the integration per sample.
 SAMPLES, SUBSTEPS = 40, 12
-#: Readings further off than so many standard deviations are wrong [-].
+#: Error of a wrong reading [standard deviations].
 WRONG = 3.0
-#: A reading with a larger standard deviation says nothing: frequency, and damping over itself [-].
+#: Relative standard deviations of frequency and damping above which a reading is vague [-].
 VAGUE = (0.01, 0.5)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SlippingChain:
-    """A chain, its release, and the sensor; directions of contacts in rows, shape (c, n)."""
+    """Chain with its release and sensor; directions of contacts are rows, shape (c, n)."""
 
     mass: Array
     damping: Array
@@ -84,7 +84,7 @@ class SlippingChain:
         )  # fmt: skip
 
     def decay(self) -> tuple[Array, Array, float]:
-        """Instants, signal of the sensor without noise, and the instant of the last slip [s]."""
+        """Simulate the decay; returns times [s], signal of the sensor without noise, and time of the last slip [s]."""
         duration = min(4.0 / (self.damping_ratio[0] * 2 * np.pi * self.frequency[0]), 3.0)
         step = 1 / (SAMPLES * self.frequency[0])
         n = int(duration / step)
@@ -95,7 +95,7 @@ class SlippingChain:
         return step * np.arange(n), signal, step * last
 
     def model(self) -> Model:
-        """The same for harmonic balance."""
+        """Model of the chain for harmonic balance."""
         system = JointedSystem(
             mass=self.mass, damping=self.damping, stiffness=self.stiffness,
             joints=[
@@ -113,9 +113,9 @@ class SlippingChain:
 
 @numba.njit  # type: ignore[untyped-decorator]
 def integrate_chain(mass, damping, stiffness, directions, tangential, limit, x, n, substeps, step, sensor, derivative):  # type: ignore[no-untyped-def]
-    """Samples of one coordinate or a derivative, and the number of the last in which a contact slips.
+    """Samples of one coordinate or its derivative, and number of the last sample in which a contact slips.
 
-    Velocity Verlet with the damping of the predicted velocity; sliders by return mapping.
+    Velocity Verlet with damping from the predicted velocity; sliders by return mapping.
     """
     x = x.copy()
     v = np.zeros(len(x))
@@ -147,9 +147,10 @@ def integrate_chain(mass, damping, stiffness, directions, tangential, limit, x, 
 
 
 def score_readings(chain: SlippingChain, modes: Sequence[RingDown], last: float, backbone: bool) -> Array:
-    """Errors over stated deviations, and the deviations, of frequency and damping of compared readings, shape (m, 5).
+    """Errors of compared readings relative to their stated deviations, shape (m, 5).
 
-    The last column tells whether the chain has still slipped.
+    Columns are the errors of frequency and damping in deviations, the two relative deviations, and whether the chain
+    still slips afterwards.
     """
     result = []
     for mode in modes:

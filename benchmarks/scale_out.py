@@ -1,10 +1,10 @@
-"""Several machines: overhead of dask against processes of this machine, and limits of a rig while workers are killed.
+"""Test several machines: overhead of dask against local processes, and limits of a rig while workers are killed.
 
     python -m benchmarks.scale_out [--tasks 40] [--every 20] [--only overhead|killed]
 
-The overhead is measured with tasks that wait for a second and have a model of 1 MB in common, on two workers that have
-begun. The rig is the shipped one with coarse meshes; one of two workers is killed every so many seconds, a nanny starts
-another, and the files must be those of an undisturbed run on this machine.
+The overhead is measured with tasks that wait for a second and share a model of 1 MB, on two started workers. The rig is
+the shipped one with coarse meshes. One of two workers is killed every `--every` seconds and a nanny starts another; the
+files must equal those of an undisturbed run on this machine.
 """
 
 import argparse
@@ -39,7 +39,7 @@ LIMITS = "[limits]\npopulation = 4\nsamples = 6\nblock = 4\n"
 
 
 def seconds(workers: Workers, n_task: int) -> float:
-    """Time of all tasks on workers that have begun [s]."""
+    """Time of all tasks on started workers [s]."""
     model = Model(np.ones((360, 360)))
     with worker_pool(["benchmarks.scale_out_task"], workers) as pool:
         for future in [pool.submit(wait_a_second, model, number) for number in range(2 * N_WORKER)]:
@@ -52,7 +52,7 @@ def seconds(workers: Workers, n_task: int) -> float:
 
 @contextmanager
 def cluster() -> Iterator[Any]:
-    """Two workers with a nanny each."""
+    """Start two workers, each with a nanny."""
     from distributed import LocalCluster
 
     with LocalCluster(n_workers=N_WORKER, threads_per_worker=1, dashboard_address=":0") as made:
@@ -60,7 +60,7 @@ def cluster() -> Iterator[Any]:
 
 
 def overhead(n_task: int) -> None:
-    """Print the table of times, in turns."""
+    """Print the table of times; both kinds of workers are measured in turn."""
     here, there = [], []
     with cluster() as made:
         for _ in range(3):
@@ -74,14 +74,14 @@ def overhead(n_task: int) -> None:
 
 
 def killed(every: float) -> bool:
-    """Limits of a rig with a worker killed now and then; whether the files are those of an undisturbed run."""
+    """Compute limits of a rig while workers are killed; returns whether the files equal those of a local run."""
     with tempfile.TemporaryDirectory() as name, cluster() as made:
         folder = Path(name)
         text = RIG.read_text(encoding="utf-8").partition("# Quantity that `stickslip limits`")[0]
         for old, new in CHANGES:
             text = re.sub(old, new, text)
         (folder / "rig.toml").write_text(text + LIMITS, encoding="utf-8")
-        command(folder, "solve", "--out", "solved")  # reduces the bodies, which both runs take from the cache
+        command(folder, "solve", "--out", "solved")  # stores the reduced bodies, which both runs reuse
         here = command(folder, "limits", "--out", "here")
         for stored in (folder / "cache" / "objects").rglob("*.npz"):
             if stored.stat().st_mtime > here[0]:
@@ -101,7 +101,7 @@ def killed(every: float) -> bool:
 
 
 def command(folder: Path, name: str, *words: str) -> tuple[float, float]:
-    """When a command began, and how long it took [s]."""
+    """Run a command; returns its start time and duration [s]."""
     begin = time.time()
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "STICKSLIP_CACHE": str(folder / "cache")}
     line = [sys.executable, "-m", "stickslip", name, "rig.toml", *words, "--quiet"]
@@ -110,7 +110,7 @@ def command(folder: Path, name: str, *words: str) -> tuple[float, float]:
 
 
 def kill_workers(made: Any, every: float, end: threading.Event, deaths: list[float]) -> None:
-    """Kill a worker now and then, by turns."""
+    """Kill one of the workers in turn, at equal intervals."""
     while not end.wait(every):
         alive = [worker.pid for worker in made.workers.values() if worker.pid]
         if alive:
@@ -119,7 +119,7 @@ def kill_workers(made: Any, every: float, end: threading.Event, deaths: list[flo
 
 
 def main() -> int:
-    """1 if bytes differ."""
+    """Run both tests; returns 1 if bytes differ."""
     words = argparse.ArgumentParser(prog="python -m benchmarks.scale_out", description=__doc__)
     words.add_argument("--tasks", type=int, default=40)
     words.add_argument("--every", type=float, default=20.0, help="time between two killed workers [s]")

@@ -1,4 +1,4 @@
-"""The tasks of `benchmarks.scale_out`: in a file of their own, which other processes can import by its name."""
+"""Tasks of `benchmarks.scale_out`, in a separate module that other processes can import."""
 
 import time
 from dataclasses import dataclass
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """What all tasks need."""
+    """Data shared by all tasks."""
 
     matrix: NDArray[np.float64]
 
 
 def wait_a_second(model: Model, number: int) -> float:
-    """One task."""
+    """Wait a second; returns a number that depends on the model."""
     time.sleep(1.0)
     return float(model.matrix[0, 0]) + number

@@ -1,10 +1,10 @@
-"""How well stiffness and friction of loops, modes of frequency responses and ring-downs are read from noisy signals.
+"""Accuracy of stiffness and friction from loops, of modes from frequency responses, and of ring-downs, with noise.
 
     python -m benchmarks.signal_analysis [loops] [modes] [decays] [--seeds N]
 
-Every system is random, and its truth known: loops are Jenkins elements in parallel, responses a sum of three close
-modes, decays an oscillator with a cubic spring or with one Jenkins element, whose backbones have closed forms. No
-constant was set on these seeds.
+Every system is random with a known truth: loops are Jenkins elements in parallel, responses a sum of three close modes,
+decays an oscillator with a cubic spring or with one Jenkins element, whose backbones have closed forms. No constant was
+set with these seeds.
 """
 
 import sys
@@ -26,14 +26,14 @@ from transient.state import TransientState
 Array = NDArray[np.float64]
 FIRST = {"loops": 410_000, "modes": 420_000, "decays": 430_000}
 LINES = np.arange(90.0, 115.0, 0.05)
-#: Noise of the frequency responses, and whether it grows with them [-].
+#: Noise of the frequency responses [-], and whether it is proportional to the response at each line.
 MODAL_NOISE = ((0.01, False), (0.001, True), (0.005, True), (0.02, True))
-#: Noise of the decays over their first amplitude [-].
+#: Noise of the decays relative to the initial amplitude [-].
 DECAY_NOISE = (0.001, 0.01)
 
 
 def rub(place: Array, stiffness: Array, limit: Array) -> Array:
-    """Force of Jenkins elements, limits of shape (n, j)."""
+    """Force of parallel Jenkins elements along a displacement; limits of shape (n, j)."""
     slider, forces = np.zeros(len(stiffness)), np.zeros(len(place))
     for i, x in enumerate(place):
         force = np.clip(stiffness * (x - slider), -limit[i], limit[i])
@@ -70,20 +70,20 @@ def loop_hits(seed: int, n_element: int) -> tuple[bool, bool]:
 
 
 def fit_close_modes(seed: int, share: float, grows: bool) -> tuple[int, tuple[float, float, float] | None]:
-    """Number of modes read where there are three close ones, and the errors.
+    """Fit three close modes; returns the number of modes found and the errors.
 
     Parameters
     ----------
     seed
-        Of system and noise.
+        Seed of system and noise.
     share
-        Noise over the largest of each response, or over the response at each line if it grows with it [-].
+        Noise relative to the largest value of each response, or to the response at each line [-].
     grows
-        Whether it does.
+        Whether the noise is proportional to the response at each line.
 
     Returns
     -------
-    Number of modes, and if it is three the largest errors of frequency and damping, relative, and the smallest MAC.
+    Number of modes, and if it is three the largest relative errors of frequency and damping and the smallest MAC.
     """
     random = np.random.default_rng(seed)
     own = np.array([100.0, 102.0, 105.0]) * (1 + 1e-3 * random.standard_normal(3))
@@ -110,7 +110,7 @@ def fit_close_modes(seed: int, share: float, grows: bool) -> tuple[int, tuple[fl
 
 
 def score_modes(count: int) -> None:
-    """Print how often three close modes are read, and ghosts, with each kind of noise."""
+    """Print how often three close modes and spurious modes (ghosts) are found, with each kind of noise."""
     for share, grows in MODAL_NOISE:
         number, errors = zip(
             *(fit_close_modes(FIRST["modes"] + seed, share, grows) for seed in range(count)), strict=True
@@ -128,9 +128,9 @@ def score_modes(count: int) -> None:
 
 
 def decay_errors(seed: int, law: str) -> Array:
-    """Largest relative errors of frequency and damping between 7 and 75 % of the first amplitude, shape (n, 2).
+    """Largest relative errors of frequency and damping between 7 and 75 % of the initial amplitude, shape (n, 2).
 
-    With friction from 1.5 times the onset of slip: below, damping changes by a factor within a few periods.
+    With friction only above 1.5 times the onset of slip: below, damping changes by a factor within a few periods.
     """
     random = np.random.default_rng(seed)
     damping, own = random.uniform(0.002, 0.008), 2 * np.pi * 100.0

@@ -1,10 +1,10 @@
-"""Search blade, clamp and mesh so that the ten rows of Table 1 come out, with the product's own mesher.
+"""Search dimensions of blade, clamp and mesh that reproduce the ten rows of Table 1, with the mesher of the program.
 
     python benchmarks/table1_search.py [--case study/cases/table1_rig.toml] [--minutes 60] [--seed 0]
 
-A random walk that keeps what is better: the objective is the largest distance of a row from its published frequency,
-full FE eigenvalues only. It starts from the case file, so it shows how much better a longer search gets;
-`--from-scratch` starts from a blade with a thick root block (15 mm a side) instead. Prints every improvement.
+A random walk that accepts improvements only. The objective is the largest deviation of a row from its published
+frequency, with full FE eigenvalues. It starts from the case file and shows what a longer search gains; `--from-scratch`
+starts from a blade with a thick root block (15 mm on each side) instead. Prints every improvement.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from study.shipped_cases import TABLE1
 from study.table1.case import Table1Case
 from study.table1.study import make_row_inputs
 
-#: What is searched: key, step of the walk, digits of the result (SI, or the bare number).
+#: Searched values: key to standard deviation of the step and number of decimals of the result (SI or dimensionless).
 STEPS = {
     "blade.length": (0.6e-3, 4),
     "blade.root_thickness": (1.5e-3, 4),
@@ -30,7 +30,7 @@ STEPS = {
 
 
 def with_values(case: Table1Case, values: dict[str, float]) -> Table1Case:
-    """The case with some of its numbers replaced."""
+    """Case with some of its values replaced."""
     data = case.model_dump()
     for key, value in values.items():
         *tables, last = key.split(".")
@@ -50,7 +50,7 @@ def with_values(case: Table1Case, values: dict[str, float]) -> Table1Case:
 
 
 def current(case: Table1Case) -> dict[str, float]:
-    """Searched numbers of a case."""
+    """Searched values of a case."""
     data = case.model_dump()
     result = {}
     for key in STEPS:

@@ -1,10 +1,10 @@
-"""The rig in tetrahedra against the rig in bricks: frequencies of the blade alone, and of the rig with contacts stuck.
+"""Compare frequencies of the rig in tetrahedra and in bricks: blade alone, and rig with contacts stuck.
 
     OMP_NUM_THREADS=1 python -m benchmarks.tet_agreement [SIZE_IN_MM]
 
-Bricks have their contact stations on corner nodes. Tetrahedra come twice: cut from the bricks of the same mesher, with
-stations on corner nodes too, and from fTetWild, which knows CAD faces alone: there stations lie anywhere on the faces
-of cells, and are made coordinates by a change of variables (`fe.station_coordinates`).
+Bricks have their contact stations on corner nodes. There are two kinds of tetrahedra: cut from the bricks of the same
+mesher, also with stations on corner nodes, and from fTetWild, which uses CAD faces only. There, stations lie anywhere
+on the faces of cells, and become coordinates by a change of variables (`fe.station_coordinates`).
 """
 
 import sys
@@ -40,21 +40,22 @@ from study.kind.rig.reduction import make_supported_body, mirror_model
 from study.kind.rig.table import RigTable, make_rig_model
 from study.shipped_cases import RIG
 
-#: Cells at the contact lines and the root, in parts of the size elsewhere.
+#: Size of the cells at the contact lines and the root, relative to the size elsewhere [-].
 FINER = {"groove_positive": 0.5, "groove_negative": 0.5, "clamp": 0.7, "groove": 0.5}
-#: Fixed-interface modes of each body, and frequencies that are compared.
+#: Number of fixed-interface modes of each body, and of compared frequencies.
 N_MODE, COMPARED = 30, 8
-#: What the two elements may differ by in the first stuck frequency.
+#: Largest permitted relative difference of the first driven stuck frequency [-].
 ALLOWED = 3e-3
 
-#: Part of the largest motion at the excitation that counts as driven: dampers roll below the blade's first mode.
+#: Smallest motion at the excitation of a driven mode, relative to the largest [-]: dampers roll at lower frequencies
+#: than the first mode of the blade.
 SEEN = 0.01
 
 Bodies = dict[str, tuple[Mesh, StationCoordinates | None]]
 
 
 def from_mapped(model: RigModel) -> Bodies:
-    """Meshes with stations on nodes."""
+    """Meshes with stations on nodes, of bodies that are no mirror image."""
     made = model.meshed()
     return {
         body: (mesh, made.coordinates.get(body))
@@ -64,7 +65,7 @@ def from_mapped(model: RigModel) -> Bodies:
 
 
 def from_tetwild(model: RigModel, size: float) -> Bodies:
-    """Meshes of the CAD solids, with a line on what was checked of each."""
+    """Mesh the CAD solids, and print one line of checks for each."""
     result: Bodies = {}
     for body, part in rig_parts(model.rig).items():
         if find_mirror_image(body) is not None:
@@ -93,7 +94,7 @@ def from_tetwild(model: RigModel, size: float) -> Bodies:
 
 
 def reduced(model: RigModel, body: str, mesh: Mesh, place: StationCoordinates | None) -> ReducedModel:
-    """Craig-Bampton, with all named nodes kept."""
+    """Craig-Bampton reduction with all named nodes as boundary."""
     mass, stiffness = assemble(mesh, model.material)
     if place is not None:
         mass, stiffness = place.matrix(mass), place.matrix(stiffness)
@@ -103,13 +104,13 @@ def reduced(model: RigModel, body: str, mesh: Mesh, place: StationCoordinates | 
 
 
 def blade_frequencies(model: RigModel, mesh: Mesh) -> NDArray[np.float64]:
-    """Of the clamped blade without contacts [Hz]."""
+    """Frequencies of the clamped blade without contacts [Hz]."""
     clamp = [Support(nodes=mesh.nodes("clamp"))]
     return modes(supported_system(mesh, *assemble(mesh, model.material), clamp), COMPARED).frequency
 
 
 def stuck_frequencies(case: Case[RigTable], model: RigModel, bodies: Bodies) -> tuple[NDArray[np.float64], int]:
-    """Of the rig with all contacts stuck [Hz], and the place of the first one that a force on the blade drives."""
+    """Frequencies of the rig with all contacts stuck [Hz], and index of the first driven by a force on the blade."""
     roms = {body: reduced(model, body, *bodies[body]) for body in bodies}
     every = {
         body: roms[body] if body in roms else mirror_model(roms[find_mirror_image(body) or ""], body) for body in BODIES

@@ -1,9 +1,9 @@
-"""Cost of time integration: microseconds a step and degree of freedom, after compilation, on one core.
+"""Cost of time integration: microseconds per step and degree of freedom, after compilation, on one core.
 
     OMP_NUM_THREADS=1 python benchmarks/transient_cost.py
 
-A clamped beam-like chain with friction contacts (two directions each) along it, excited near its first resonance hard
-enough that contacts slip and open; also with a damping that no modes diagonalise.
+A clamped chain like a beam with friction contacts along it (normal and one tangent each), excited near its first
+resonance so that contacts slip and open; also with non-proportional damping.
 """
 
 import time
@@ -17,7 +17,7 @@ PERIODS, STEPS = 20, 512
 
 
 def chain(n_dof: int, n_contact: int, diagonal: bool) -> JointedSystem:
-    """Two chains of masses, transverse and axial, rubbing on the ground at n_contact of them."""
+    """Make two chains of masses, for tangential and normal motion, with `n_contact` contacts to the ground."""
     half = n_dof // 2
     single = 2 * np.eye(half) - np.eye(half, k=1) - np.eye(half, k=-1)
     stiffness = np.kron(np.eye(2), single) * 1e8 * (half / 100) ** 2

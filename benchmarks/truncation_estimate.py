@@ -1,13 +1,13 @@
-"""How well are errors by harmonics and samples estimated, and does refinement reach its tolerance? Random systems.
+"""Accuracy of estimated errors by harmonics and samples, and of refinement to a tolerance, on random systems.
 
-The structures are those of `random_systems.py` with at most 24 degrees of freedom and 6 contacts; each is followed
-over every fourth of its frequencies with H = 7 and 256 samples, without further starts where Newton's method fails. At
-each state whose joint directions are estimated to be off by more than 0.001 %, the truth is the state with 4 H
-harmonics and four times the samples, from the same sliders. Estimates are compared with it for every degree of freedom:
-its main harmonic, relative to its amplitude. States are refined to 1 % and 0.1 % of three degrees of freedom, drawn for
-each system, and compared with 12 H harmonics and 12 times the samples.
+The structures are those of `random_systems.py` with at most 24 degrees of freedom and 6 contacts. Each is solved at
+every fourth of its frequencies with H = 7 and 256 samples, without further starts where Newton's method fails. For each
+state with an estimated error of the joint directions above 0.001 %, the truth is the state with 4 H harmonics and four
+times the samples, from the same sliders. Estimates are compared with it for the main harmonic of every degree of
+freedom, relative to its amplitude. States are refined to 1 % and 0.1 % of three degrees of freedom, drawn for each
+system, and compared with 12 H harmonics and 12 times the samples.
 
-`MARGIN` of `hbsolve.refinement` was set on the seeds below 1000, before those from 1000 on were looked at. Run it with
+`MARGIN` of `hbsolve.refinement` was set with seeds below 1000, before seeds from 1000 on were used. Run it with
 
     python -m benchmarks.truncation_estimate [--systems 0:200]
 """
@@ -28,25 +28,25 @@ from hbsolve.truncation import compute_relative_change, truncation
 
 HIGHEST, N_SAMPLE = 7, 256
 MOST_DOF, MOST_CONTACT = 24, 6
-#: Estimated errors below this are round-off and residuals [-].
+#: Smallest estimated error that is compared: smaller ones are round-off and residuals [-].
 LEAST = 1e-5
-#: Errors below this are not compared: few care [-].
+#: Smallest error, true or estimated, that counts in the score [-].
 COMPARED = 1e-4
 TOLERANCES = (1e-2, 1e-3)
 FINER, FINEST = 4, 12
-#: Every so many frequencies.
+#: Distance of the solved frequencies in their list.
 STRIDE = 4
 
 
 def with_more(balance: HarmonicBalance, state: SteadyState, times: int) -> SteadyState | None:
-    """The same state with more harmonics and samples, if Newton's method alone finds it."""
+    """State with `times` the harmonics and samples; None if Newton's method fails."""
     finer = balance.with_harmonics(times * HIGHEST + 1, times * N_SAMPLE)
     x = in_harmonics_of(finer, state.motion)
     return newton_from(finer, finer.at(state.angular_frequency), x, state.sliders)
 
 
 def states_of(problem: Problem, balance: HarmonicBalance) -> Iterator[SteadyState]:
-    """States along the sweep, each from the one before."""
+    """States along the sweep, each started from the previous one."""
     start = None
     sliders = make_initial_sliders(balance, problem.slider)
     for angular_frequency in problem.angular_frequency[::STRIDE]:
@@ -59,7 +59,7 @@ def states_of(problem: Problem, balance: HarmonicBalance) -> Iterator[SteadyStat
 
 
 def measure(problem: Problem, results: dict[str, list[Vector]]) -> None:
-    """Add estimates and errors of a system: pairs of numbers by what they are of."""
+    """Add estimates and errors of a system, as pairs by quantity, to the results."""
     balance = HarmonicBalance(system=problem.system, n_harmonic=HIGHEST + 1, n_sample=N_SAMPLE)
     every = np.eye(problem.system.n_dof)
     drawn = every[np.random.default_rng(problem.seed).choice(len(every), 3, replace=False)]

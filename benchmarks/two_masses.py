@@ -1,4 +1,4 @@
-"""Two masses on a wall without any contact, and a campaign of them with a hidden effect: diagnosed in seconds."""
+"""Case of two masses on a wall without contacts, and a campaign with hidden effects, which is diagnosed in seconds."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +11,7 @@ from correlation.prediction import Points, Predictor
 from study.case.added import list_case_effects
 from study.case.setup import read_case
 
-#: The case.
+#: Text of the case.
 TWO_MASSES = """\
 # Two masses on a wall, as drawn.
 schema = 2
@@ -52,7 +52,7 @@ LEVELS, REPEATS, N_FREQUENCY, NOISE, FLOOR = (1.0, 4.0, 10.0), 5, 6, 2e-3, 1e-8
 def write_two_masses(
     folder: Path, effects: Mapping[str, float], *, held_out: bool = True, case: str = TWO_MASSES
 ) -> Path:
-    """Write the case ``chain.toml`` and a campaign of the same structure with effects and 1.1 times its damping.
+    """Write the case ``chain.toml``, and a campaign of the structure with hidden effects and 1.1 times its damping.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def write_two_masses(
 
     Returns
     -------
-    Case file; the campaign is in ``campaign`` beside it.
+    Path of the case; the campaign is in ``campaign`` in the same folder.
     """
     mass, stiffness = np.diag([1.0, 0.5]), np.array([[5e4, -2e4], [-2e4, 2e4]])
     dofs = {"dof_body": ["chain"] * 2, "dof_node": [0, 1], "dof_direction": ["z", "z"]}

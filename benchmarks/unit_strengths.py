@@ -1,19 +1,19 @@
-r"""How strong a hidden effect must be to be seen: the unit strengths of the virtual test bench.
+r"""Unit strengths of the hidden effects of the virtual test bench: strengths at which they become visible.
 
-The features of a campaign's training part (what a model may be fitted to: neither held-out levels nor held-out
-repeats), means over repeats and sweeps, are D = F / X_1 and X_3 / X_1 of each motion sensor and the harmonics of each
-line's forces. Their covariance is that of the mean over the R repeats: noise of the readings, and the
-scatter of many repeats by jitter and history,
+The features of the training part of a campaign (without held-out levels and repeats), as means over repeats and sweeps,
+are D = F / X_1 and X_3 / X_1 of each motion sensor and the harmonics of the forces of each line. Their covariance is
+that of the mean over the R repeats: noise of the readings, and the scatter of many repeats by jitter and history,
 
 .. math:: \Sigma = \Sigma_\mathrm{noise} + \frac{1}{R} \bigl(S + a\, \mathrm{diag}\, S\bigr)
 
-with the sample covariance S, which is of low rank, and a share a of its diagonal for what the samples have not seen.
-With features y(effect, p) of the calibration parameters p (kt, kn, mu, zeta, E, bearing), what refitting them leaves is
+with the sample covariance S, which is of low rank, and a fraction a of its diagonal for scatter that is not in the
+samples. With features y(effect, p) of the calibration parameters p (kt, kn, mu, zeta, E, bearing), the residual after
+refitting them is
 
 .. math:: \rho = \min_p \bigl|\Sigma^{-1/2} \bigl(y(\mathrm{effect}, p) - y(\mathrm{nothing}, 0)\bigr)\bigr|
 
-by Gauss and Newton's method with Broyden's update of the slopes, and the unit strength makes rho = 5. One step with
-slopes by differences would not do: the shift of the resonance that p takes up is hundreds of standard deviations.
+by the Gauss-Newton method with Broyden's update of the slopes. The unit strength gives rho = 5. One step with slopes
+from finite differences is not sufficient: p compensates a shift of the resonance of hundreds of standard deviations.
 Features with and without the effect have the same histories and no jitter.
 
 Run: python -m benchmarks.unit_strengths writes transient/virtual_bench/strength.toml.
@@ -47,20 +47,20 @@ from transient.virtual_bench.hidden_effect import STRENGTHS
 Vector = Float[NDArray[np.float64], " n"]
 Matrix = Float[NDArray[np.float64], "n m"]
 
-#: Where the stations bear, which a refit may change as well.
+#: Calibration parameter of the distances of the stations, which a refit may also change.
 BEARING = "bearing"
 REFITTED = {**PARAMETER_DEVIATION, BEARING: 0.02}
-#: Standard deviations by which an effect of unit strength moves the features.
+#: Change of the features by an effect of unit strength [standard deviations].
 UNIT = 5.0
-#: What to aim at while searching, from which the unit strength follows in proportion: sweeps of two specimens, however
-#: alike, leave contacts with other histories in the end, and the norm of that scatter is about ten.
+#: Change of the features to which the search scales an effect; the unit strength follows in proportion. It is above the
+#: norm of about ten of the scatter that remains because sweeps of two similar specimens leave different histories.
 AIM = 30.0
-#: Repeats whose scatter is taken, and the share a of their variances that is added.
+#: Number of repeats for the scatter, and fraction a of their variances that is added.
 N_SAMPLE = 60
 UNSEEN = 0.5
-#: Histories over which differences are averaged.
+#: Number of histories over which differences are averaged.
 N_HISTORY = 4
-#: First guesses for the search, in SI units.
+#: Initial strengths of the search, in SI units.
 GUESS = {
     "mass": 3e-4,
     "spring": 3000.0,
@@ -71,29 +71,29 @@ GUESS = {
     "friction": 0.03,
     "stop": 1000.0,
 }
-#: Steps of a refit.
+#: Number of steps of a refit.
 N_REFIT = 4
-#: Share of a guess at which only the scatter is left.
+#: Fraction of the initial strength at which only the scatter remains.
 NEARLY_NOTHING = 1e-4
 
 
 def training(points: CampaignPoints) -> CampaignPoints:
-    """What of a campaign a model may be fitted to."""
+    """Points of a campaign that are not held out."""
     levels = [level for level in points.levels if level not in HELD_OUT_LEVELS]
     return replace(points, levels=levels, n_repeat=points.n_repeat - len(HELD_OUT_REPEATS))
 
 
 def features(measured: Sequence[Sweep]) -> Vector:
-    """Of one repeat: the means over both sweeps, real and imaginary parts apart, shape (k,)."""
+    """Features of one repeat: means over both sweeps, real and imaginary parts separate, shape (k,)."""
     return np.concatenate([_parts(*_means(sweep)) for sweep in measured])
 
 
 def noise_variance(measured: Sequence[Sweep], n_repeat: int) -> Vector:
-    """Variance of the features of the mean over so many repeats by the noise of the readings, shape (k,)."""
+    """Variance by the noise of the readings of the features of the mean over `n_repeat` repeats, shape (k,)."""
     parts = []
     for sweep in measured:
         motion, force = _mean_of_sweeps(sweep.readings.motion), _mean_of_sweeps(sweep.readings.force)
-        # Of a complex mean over both sweeps and all repeats; half of it in each part.
+        # Variances of a complex mean over both sweeps and all repeats; half of it in each part.
         first = np.abs(motion[..., 0])
         motion_1 = (NOISE**2 + (MOTION_FLOOR / first) ** 2) / (2 * n_repeat)
         motion_3 = (NOISE * np.abs(motion[..., 1]) / first) ** 2 + (MOTION_FLOOR / first) ** 2
@@ -112,7 +112,7 @@ def noise_variance(measured: Sequence[Sweep], n_repeat: int) -> Vector:
 
 
 def refitted(change: Callable[[Vector], Vector], slopes: Matrix) -> float:
-    """Smallest norm of change(p) that refits from p = 0 come to, shape (k,), with its slopes there, shape (k, m)."""
+    """Smallest norm of change(p), shape (k,), in refits from p = 0 with the slopes there, shape (k, m)."""
     p = np.zeros(slopes.shape[1])
     value, slopes = change(p), slopes.copy()
     smallest = float(np.linalg.norm(value))
@@ -127,7 +127,7 @@ def refitted(change: Callable[[Vector], Vector], slopes: Matrix) -> float:
 
 
 def unit_strength(kind: str, norm: Callable[[float], float], scatter: float = 0.0) -> float:
-    """Strength at which the norm, free of its scatter, is `UNIT`, in proportion to one of about `AIM`."""
+    """Strength at which the norm without scatter is `UNIT`, scaled from a norm of about `AIM`."""
     strength = GUESS[kind]
     for attempt in range(5):
         size = float(np.sqrt(max(norm(strength) ** 2 - scatter**2, 1e-6)))
@@ -171,7 +171,7 @@ def find_unit_strengths(report: Callable[[str], None] = lambda _: None) -> dict[
     slopes = []
     for name, deviation in REFITTED.items():
         ends = [whitened({name: 1 + sign * deviation / 4}, nothing) for sign in (1, -1)]
-        # Columns a standard deviation long, so that Broyden's steps are alike in all parameters.
+        # Slopes per standard deviation of the parameter, so that Broyden's steps have similar sizes.
         slopes.append((ends[0] - ends[1]) * 2)
         report(f"{name}: {np.linalg.norm(slopes[-1]):.1f} standard deviations")
     matrix = np.column_stack(slopes)
@@ -196,7 +196,7 @@ def find_unit_strengths(report: Callable[[str], None] = lambda _: None) -> dict[
 
 
 def write(found: dict[str, dict[str, float]], path: Path) -> None:
-    """As a TOML table."""
+    """Write the unit strengths as a TOML table."""
     lines = [
         "# Strength [SI] at which an effect moves the noise-free features of a campaign by 5 standard deviations, the",
         "# calibration parameters refitted. Made by: python -m benchmarks.unit_strengths",

@@ -1,17 +1,17 @@
-"""Harmonic balance against time integration, on nine small systems with joints and on the reduced blade.
+"""Compare harmonic balance with time integration on nine small systems, a jammed wedge and the reduced blade.
 
     OMP_NUM_THREADS=1 python benchmarks/witness.py [--systems NAME ...] [--output witness.json]
 
-Curve: points along a branch through resonance, its peak among them. Time integration starts on the orbit that harmonic
-balance found and goes on until the motion repeats; it would leave an orbit that is none. Sliders that stick remember
-where they started, so harmonic balance is then solved again with the sliders of the integration.
+Curve: points along a branch through resonance, including its peak. Time integration starts on the orbit from harmonic
+balance and continues until the motion is periodic; it would leave a wrong orbit. Because sticking sliders keep their
+positions, harmonic balance is then solved again with the sliders of the integration.
 
-Histories: time integration starts at rest with the sliders drawn at random, for each of three levels at two
-frequencies; harmonic balance gets the sliders at the start of the steady period, and nothing else.
+Histories: time integration starts at rest with random sliders, for each of three levels at two frequencies; harmonic
+balance gets only the sliders at the start of the steady period.
 
 The spread is the largest difference between two histories at one frequency and level. Harmonics are added until the
-fundamental changes by less than 0.05 %. Compared are the amplitude of the fundamental and its complex value, so that
-phases count. A motion that does not repeat with the excitation is named and not averaged.
+fundamental changes by less than 0.05 %. Compared are the amplitude of the fundamental and its complex value, which
+includes the phase. A motion that does not repeat with the excitation is reported and not compared.
 """
 
 import argparse
@@ -42,7 +42,7 @@ from transient.steady import SteadyMotion, steady_motion
 TESTS = Path(__file__).parents[1] / "tests" / "physics" / "conftest.py"
 N_POINT = 20
 H, MOST_H = 7, 63
-#: Change of the fundamental by the last doubling of H; a tenth of the tolerance of the comparison.
+#: Largest relative change of the fundamental by the last doubling of H; a tenth of the tolerance of the comparison.
 CONVERGED = 5e-4
 SEED = 20261121
 BLADE, JAMMED = "blade", "jammed wedge"
@@ -50,7 +50,7 @@ BLADE, JAMMED = "blade", "jammed wedge"
 
 @dataclass
 class Outcome:
-    """What one system gave; errors are relative."""
+    """Results of one system; errors are relative."""
 
     system: str
     damping_ratio: float
@@ -78,7 +78,7 @@ def main() -> None:
     outcomes = []
     for name in arguments.systems:
         if name == JAMMED:
-            # Friction beyond the tangent of the wedge's angle: it stays wherever its history left it.
+            # The friction coefficient exceeds the tangent of the wedge angle: the wedge stays where its history put it.
             case, peak = witnessed.wedge_damper(friction_coefficient=0.6), 2 * np.pi * 280.0
             outcomes.append(show(histories(name, replace(case, histories=(0.1, 0.2, 0.3)), peak)))
             continue
@@ -91,7 +91,7 @@ def main() -> None:
 
 
 def curve(name: str, case: Any) -> Outcome:
-    """Points along a branch at level 1."""
+    """Compare points along a branch at level 1."""
     outcome, begin = Outcome(name, case.damping_ratio, "curve"), time.perf_counter()
     balance = HarmonicBalance(system=case.system, n_harmonic=H + 1)
     branch = frequency_response(balance, case.first, case.last)
@@ -106,7 +106,7 @@ def curve(name: str, case: Any) -> Outcome:
         if turned(branch, point, case):
             outcome.failed.append(f"{label}: between the folds, unstable")
             continue
-        # The states of a branch are its coefficients; a solve from there costs an iteration and gives the sliders.
+        # A branch stores coefficients only; a solve from them takes one iteration and gives the sliders.
         result = steady_state(balance, omega, start=branch.start(balance, point))
         state, harmonics = converged(case.system, omega, 1.0, result.initial_slider, result)
         motion = integrated(
@@ -123,7 +123,7 @@ def curve(name: str, case: Any) -> Outcome:
 
 
 def histories(name: str, case: Any, peak: float | None = None) -> Outcome:
-    """Twelve points: three levels, two frequencies about the resonance, two histories each."""
+    """Compare twelve points: three levels, two frequencies at and above the resonance, two histories each."""
     outcome, begin = Outcome(name, case.damping_ratio, "histories"), time.perf_counter()
     random = np.random.default_rng(SEED)
     if peak is None:
@@ -146,7 +146,7 @@ def histories(name: str, case: Any, peak: float | None = None) -> Outcome:
 
 
 def groups(outcome: Outcome) -> dict[tuple[float, float], list[float]]:
-    """Amplitudes of the histories that share frequency and level."""
+    """Amplitudes of the histories by frequency and level."""
     result: dict[tuple[float, float], list[float]] = {}
     for point in outcome.points:
         result.setdefault((point["omega"], point["level"]), []).append(point["integration"])
@@ -163,12 +163,12 @@ def compare(
     start: SteadyState | None = None,
     harmonics: int = H,
 ) -> tuple[float, float] | None:
-    """Both amplitudes, the second of them by time integration; none if the point is not compared."""
+    """Compare one point; returns the amplitudes by harmonic balance and by integration, or None if it is excluded."""
     if isinstance(motion, str) or not motion.periodic:
         outcome.failed.append(f"{label}: {motion if isinstance(motion, str) else motion.message}")
         return None
     try:
-        # From half of the harmonics on, so that their effect is seen again.
+        # Start with half of the harmonics, so that convergence is checked again.
         state, harmonics = converged(case.system, omega, level, motion.start.slider, start, max(H, harmonics // 2))
     except NoSteadyState as error:
         outcome.failed.append(f"{label}: {error}")
@@ -181,7 +181,7 @@ def compare(
         "distance": motion.distance, "moving": moving(motion), "label": label,
     }  # fmt: skip
     if start is not None:
-        # How far the slider history alone moves the answer.
+        # Relative change of the response by the slider history alone.
         point["moved_by_sliders"] = abs(state.coefficients[1] @ case.row / (start.coefficients[1] @ case.row) - 1)
     outcome.points.append(point)
     errors = np.array([item["error"] for item in outcome.points])
@@ -192,7 +192,7 @@ def compare(
 
 
 def moving(motion: SteadyMotion) -> float:
-    """Share of the period in which the sliders move, their mean."""
+    """Fraction of the period in which sliders move, mean over the sliders [-]."""
     slider = motion.slider
     if not len(slider):
         return 0.0
@@ -208,7 +208,7 @@ def converged(
     start: SteadyState | None,
     harmonics: int = H,
 ) -> tuple[SteadyState, int]:
-    """Steady state with as many harmonics as it needs."""
+    """Steady state after convergence with the number of harmonics, and this number."""
     before: SteadyState | None = None
     while True:
         balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, level=level)
@@ -223,7 +223,7 @@ def converged(
 
 
 def padded(state: SteadyState, harmonics: int) -> NDArray[np.float64]:
-    """The motion of a state with more harmonics, or fewer."""
+    """Motion of a state, padded or truncated to a number of harmonics."""
     motion = np.zeros((len(state.motion), 2 * harmonics + 1))
     kept = min(motion.shape[1], state.motion.shape[1])
     motion[:, :kept] = state.motion[:, :kept]
@@ -241,7 +241,7 @@ def integrated(system: JointedSystem, omega: float, level: float, start: Transie
 
 
 def spread(branch: ResponseBranch, amplitude: NDArray[np.float64]) -> list[int]:
-    """Points at equal distances along the curve, in a plot of unit sides."""
+    """Points at equal distances along the curve, with both axes scaled to unit length."""
     omega = branch.angular_frequency
     step = np.hypot(np.diff(omega) / np.ptp(omega), np.diff(amplitude) / np.ptp(amplitude))
     way = np.concatenate([[0.0], np.cumsum(step)])
@@ -249,13 +249,13 @@ def spread(branch: ResponseBranch, amplitude: NDArray[np.float64]) -> list[int]:
 
 
 def turned(branch: ResponseBranch, point: int, case: Any) -> bool:
-    """Whether the branch goes backwards there: between two folds in frequency."""
+    """Whether the branch runs backwards in frequency at a point, between two folds."""
     ahead = np.gradient(branch.angular_frequency)[point]
     return bool(ahead * (case.last - case.first) < 0)
 
 
 def reach(system: JointedSystem, rest: TransientState) -> NDArray[np.float64]:
-    """How far each slider may stand from rest within Coulomb's limit [m]."""
+    """Largest distance of each slider from rest within Coulomb's limit [m]."""
     values: list[float] = []
     for joint in system.joints:
         if isinstance(joint, JenkinsElement):
@@ -280,7 +280,7 @@ def show(outcome: Outcome) -> Outcome:
 
 
 def blade(witnessed: Any) -> Any:
-    """The slotted blade, reduced, pressed in its slots between two friction contacts."""
+    """Reduced slotted blade, pressed between two friction contacts in its slots."""
     from fe.assembly import assemble
     from fe.boundary import Support, supported_system
     from fe.element import HEX8
@@ -301,7 +301,7 @@ def blade(witnessed: Any) -> Any:
         rows = rom.rows(name, axis)
         return along(n, {int(row): 1 / len(rows) for row in rows})
 
-    # The slots lean, so that bending changes the normal load; 10 N at rest let them slip near resonance.
+    # The slots are inclined, so that bending changes the normal load; with 10 N at rest they slip near resonance.
     lean = np.deg2rad(15)
     joints = [
         FrictionContact(
@@ -324,7 +324,7 @@ def blade(witnessed: Any) -> Any:
 
 
 def fixtures() -> Any:
-    """The module of the test systems, which is no package."""
+    """Load the module of the test systems, which is not in a package."""
     specification = importlib.util.spec_from_file_location("witness_systems", TESTS)
     assert specification is not None
     assert specification.loader is not None

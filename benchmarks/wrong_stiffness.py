@@ -1,13 +1,15 @@
-"""Stiffnesses in another unit that `stickslip compare` finds: ``python -m benchmarks.wrong_stiffness [--seeds A:B]``.
+"""Detection of stiffnesses in a wrong unit by `stickslip compare`.
 
-Each seed is a specimen, read with 1 % of noise around its first resonance at two levels, and two cases of it:
+    python -m benchmarks.wrong_stiffness [--seeds A:B]
+
+Each seed gives a specimen, measured with 1 % of noise around its first resonance at two levels, and two cases of it:
 
 unit        one stiffness of one contact is 1e3, 1e-3, 1e6 or 1e-6 times that of the specimen, all others are within 7 %
-other       no unit is wrong: stiffnesses of contacts are off by up to a factor of 50, masses by 10 %, friction by 60 %
+other       no unit is wrong: stiffnesses of contacts differ by up to a factor of 50, masses by 10 %, friction by 60 %
 
-Only cases that are off by a factor of two or more count, as in the product. The specimens are chains of three to six
-masses with one to three Jenkins elements, and the structures in space of `benchmarks.random_systems`: 6 to 60 degrees
-of freedom and 1 to 10 contacts with gaps, wedges and coupled friction.
+Only cases with a misfit of a factor of two or more count, as in the program. The specimens are chains of three to six
+masses with one to three Jenkins elements, and the structures of `benchmarks.random_systems`: 6 to 60 degrees of freedom
+and 1 to 10 contacts with gaps, wedges and coupled friction.
 """
 
 import sys
@@ -28,18 +30,19 @@ from study.compare.gross_misfit import GROSS, ROUGH_TOLERANCE, MotionReadings
 from study.compare.visible_resonance import find_visible_resonances
 from study.compare.wrong_stiffness import POWERS, STIFFNESS, find_wrong_stiffness
 
-#: Counted seeds; none of them set a constant.
+#: First scored seed and number of seeds; no constant was set with them.
 FIRST, N_SEED = 88_000, 60
 LEVELS, NOISE = (1 / 6, 1.0), 0.01
-#: Of the frequency of the first resonance [-].
+#: Measured frequencies relative to the first resonance [-].
 BAND = np.linspace(0.94, 1.03, 10)
-#: Decades by which stiffnesses and friction are off, and natural logarithm of masses: beside a unit, and without one.
+#: Largest deviations of stiffnesses and friction [decades], and standard deviation of the natural logarithm of masses:
+#: in cases with a wrong unit, and without.
 NEARLY_RIGHT, WRONG = (0.03, 0.03, 0.003), (1.7, 0.2, 0.1)
 FRICTION = ("friction_coefficient", "limit_force")
 
 
 def draw_chain(random: np.random.Generator) -> Model:
-    """Masses in a row, the first on the ground, with Jenkins elements between any two or to the ground."""
+    """Draw a chain of masses, the first on the ground, with Jenkins elements between any two or to the ground."""
     n, n_contact = int(random.integers(3, 7)), int(random.integers(1, 4))
     mass = np.diag(random.uniform(0.5, 2.0, n))
     step = np.eye(n) - np.eye(n, k=-1)
@@ -66,7 +69,7 @@ def draw_chain(random: np.random.Generator) -> Model:
 
 
 def draw_structure(random: np.random.Generator) -> Model:
-    """A structure in space that is read along the force and at another degree of freedom."""
+    """Draw a structure of `random_systems`, measured along the force and at another degree of freedom."""
     system = random_problem(int(random.integers(10**6, 10**9))).system
     row = np.abs(system.harmonic_force[1])
     other = np.eye(system.n_dof)[int(random.integers(system.n_dof))]
@@ -77,7 +80,7 @@ FAMILIES: dict[str, Callable[[np.random.Generator], Model]] = {"chains": draw_ch
 
 
 def vary(model: Model, random: np.random.Generator, off: tuple[float, float, float]) -> Model:
-    """The model with other contacts and masses."""
+    """Model with random deviations of contacts and masses."""
     stiffness, friction, mass = off
     changes: dict[str, dict[str, Any]] = {}
     for joint in model.system.joints:
@@ -91,7 +94,7 @@ def vary(model: Model, random: np.random.Generator, off: tuple[float, float, flo
 
 
 def plant_unit(model: Model, random: np.random.Generator) -> tuple[Model, str, str]:
-    """The model with one stiffness in another unit, the joint, and the words that name the remedy."""
+    """Model with one stiffness in another unit, name of the joint, and words of the correct remedy."""
     joints = model.system.joints
     joint = joints[int(random.integers(len(joints)))]
     names = [parameter.name for parameter in joint.parameters if parameter.unit == STIFFNESS]
@@ -101,7 +104,7 @@ def plant_unit(model: Model, random: np.random.Generator) -> tuple[Model, str, s
 
 
 def measure(specimen: Model, random: np.random.Generator) -> MotionReadings:
-    """Motions of a specimen around its first resonance; they are no prediction yet."""
+    """Measure motions of a specimen around its first resonance; `stated` is replaced by the prediction of a case."""
     frequency = find_visible_resonances(specimen)[0] * BAND
     level, at, number = (grid.ravel() for grid in np.meshgrid(LEVELS, frequency, [0, 1], indexing="ij"))
     points = Points(
@@ -114,7 +117,7 @@ def measure(specimen: Model, random: np.random.Generator) -> MotionReadings:
 
 
 def judge(readings: MotionReadings, case: Model) -> tuple[bool, tuple[str, str]]:
-    """Whether a case is grossly off, and place and sentence of what is suspected of it."""
+    """Whether a case has a gross misfit, and place and sentence of the first suspicion."""
     stated = Predictor(points=readings.points, tolerance=ROUGH_TOLERANCE).predict(case).value
     beside = replace(readings, stated=stated)
     result = find_wrong_stiffness(beside, case)
@@ -122,7 +125,7 @@ def judge(readings: MotionReadings, case: Model) -> tuple[bool, tuple[str, str]]
 
 
 def score(family: str, first: int, last: int, report: Callable[[str], None]) -> Counter[str]:
-    """How many cases are grossly off, and how many of them raise which suspicion."""
+    """Count cases with a gross misfit, and the suspicions that they raise."""
     count = Counter[str]()
     for seed in range(first, last):
         random = np.random.default_rng([seed, *family.encode()])

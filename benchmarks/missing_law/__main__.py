@@ -6,12 +6,12 @@ import time
 from pathlib import Path
 from typing import Any
 
-#: Seeds of development lie below; those of the score are these.
+#: Seeds of development are below the first number; seeds of the score.
 DEVELOPMENT, SCORE = 1000, range(10000, 10040)
 
 
 def run(seed: int) -> dict[str, Any]:
-    """The record of a seed."""
+    """Make the campaign of a seed, recover its law and return the record."""
     from benchmarks.missing_law.campaign import make
     from benchmarks.missing_law.score import are_words_right, score_law
     from correlation.noise.nuisance import Budget
@@ -29,6 +29,7 @@ def run(seed: int) -> dict[str, Any]:
     begin = time.process_time()
     result = recover_law(arrangement)
     record: dict[str, Any] = {
+        "seed": seed, "kind": trial.hidden.kind, "contacts": trial.n_contact, "sensors": len(trial.model.sensors),
         "harmonics": trial.harmonics, "chi2": arrangement.fit.chi2 / arrangement.fit.n_number,
         "law": result is not None, "seconds": time.process_time() - begin,
     }  # fmt: skip
@@ -48,7 +49,7 @@ def run(seed: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Run and score."""
+    """Run the seeds and print the score."""
     words = argparse.ArgumentParser(prog="python -m benchmarks.missing_law", description=__doc__)
     words.add_argument("--seeds", help="first:last+1, below 1000 for development; by default those of the score")
     words.add_argument("--output", type=Path, help="file of records, one JSON object a line; those in it are kept")

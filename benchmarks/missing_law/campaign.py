@@ -1,4 +1,4 @@
-"""One campaign by seed: a model, what a specimen with a hidden law was measured to do, and the truth."""
+"""Campaign of a seed: a model, measurements of a specimen with a hidden law, and the true law."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,16 +15,16 @@ from transient.errors import TransientError
 from transient.stepper import PeriodRecord
 from transient.virtual_bench.sweep import VirtualSweepTest
 
-#: Of all streams of random numbers; frequencies, repeats, and steps of the integration per period.
+#: Entropy of all random streams; numbers of frequencies, repeats and time steps per period.
 ENTROPY, N_FREQUENCY, N_REPEAT, STEPS = 20261127, 24, 2, 192
-#: How often a law is made for the motion that the one before has let.
+#: Largest number of attempts to scale a law to the motion that was measured with it.
 DRAWS = 4
-#: Harmonics that are measured.
+#: Sets of measured harmonics.
 HARMONICS = ((1,), (1, 3), (1, 2, 3))
 
 
 class Bench(VirtualSweepTest):
-    """The bench with harmonics 0 to 3 of each motion."""
+    """Virtual bench that reads harmonics 0 to 3 of each motion."""
 
     def read(self, record: PeriodRecord) -> tuple[Array, Array, float]:
         """See `VirtualSweepTest.read`."""
@@ -36,18 +36,23 @@ class Bench(VirtualSweepTest):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Trial:
-    """A campaign and what only the benchmark knows.
+    """Campaign with the hidden truth.
 
     Parameters
     ----------
     model, campaign
-        What a diagnosis sees.
+        Inputs of a diagnosis.
     hidden
-        The law.
+        Hidden law.
     coefficients
-        Harmonics 0 to 3 of the true motion of its place at the strongest point of each level, shape (l, 4) [m].
+        Harmonics 0 to 3 of the true motion at the place of the law, at the frequency of largest motion of each level,
+        shape (l, 4) [m].
     angular_frequency
-        There, shape (l,) [rad/s].
+        Angular frequency of these points, shape (l,) [rad/s].
+    n_contact
+        Number of contacts of the model.
+    harmonics
+        Measured harmonics.
     """
 
     model: Model
@@ -60,7 +65,7 @@ class Trial:
 
 
 def make(seed: int) -> Trial:
-    """The campaign of a seed."""
+    """Make the campaign of a seed."""
     streams = [np.random.default_rng(item) for item in np.random.SeedSequence([ENTROPY, seed]).spawn(4)]
     structure, random = draw_structure(streams[0]), streams[1]
     model, names = structure.model, list(structure.model.places)
@@ -68,7 +73,7 @@ def make(seed: int) -> Trial:
     able = [name for name in names if abs(_at(structure, name)) > 0.3 * np.abs(structure.shape).max()]
     place, kind = str(random.choice(able)), str(random.choice(KINDS))
     stuck, free = structure.natural
-    # The motion that the force makes with a modal damping of some per cent, about that of the law and the contacts.
+    # Resonant motion with an added modal damping of about that of the law and the contacts.
     loss = structure.ratio + (0.02 if model.lines else 0.005)
     motion = abs(_at(structure, place) * _at(structure, structure.drive)) * structure.force / (2 * loss * stuck**2)
     modal = stuck**2 / _at(structure, place) ** 2
@@ -85,7 +90,7 @@ def make(seed: int) -> Trial:
         try:
             trial = _measured(structure, specimen, hidden, levels, frequencies, streams[3])
         except TransientError:
-            levels = levels / 2  # a softening spring that gives way
+            levels = levels / 2  # a softening spring has become unstable
             continue
         reached = float(np.abs(trial.coefficients[:, 1]).max())
         if 0.8 < reached / hidden.motion < 1.25:

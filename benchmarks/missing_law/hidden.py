@@ -1,4 +1,4 @@
-"""Hidden laws: joints for the specimen, and their force in closed form, written apart from the product's laws."""
+"""Hidden laws: joints of the specimen, and their forces in closed form, independent of the laws of the program."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ from reduction.jointed_system import (
 Samples = NDArray[np.float64]
 
 KINDS = ("stop", "play", "cubic", "softening", "quadratic", "power", "drag", "iwan")
-#: Limits of the four cells of an Iwan joint over the displacement at which they slide [-].
+#: Displacements at which the four cells of an Iwan joint start to slip, relative to the motion of the law [-].
 CELLS = (0.08, 0.2, 0.4, 0.8)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Hidden:
-    """A law at a place.
+    """Hidden law at a place.
 
     Parameters
     ----------
@@ -35,13 +35,13 @@ class Hidden:
     place
         Name of the place.
     motion
-        Displacement that the law is made for [m].
+        Displacement at which the stiffness is defined [m].
     stiffness
-        Secant stiffness there, or of drag the damping times Omega [N/m].
+        Secant stiffness at this displacement; for drag, equivalent damping times Omega [N/m].
     shape
-        Clearance over the displacement, or exponent [-].
+        Clearance relative to the displacement, or exponent [-].
     angular_frequency
-        Omega [rad/s].
+        Angular frequency Omega of the equivalent damping [rad/s].
     """
 
     kind: str
@@ -52,7 +52,7 @@ class Hidden:
     angular_frequency: float
 
     def joints(self, row: Samples) -> Sequence[Joint]:
-        """The law along a row."""
+        """Joints of the law in the direction of a row."""
         k, a, shape = self.stiffness, self.motion, self.shape
         if self.kind == "stop":
             return [ElasticStop(name="hidden", direction=row, stiffness=self._closed, gap=shape * a)]
@@ -76,7 +76,7 @@ class Hidden:
         ]  # fmt: skip
 
     def force(self, u: Samples, v: Samples) -> Samples:
-        """Along periodic motions, shape (s, n) [N]."""
+        """Force along periodic motions, shape (s, n) [N]."""
         k, a, shape = self.stiffness, self.motion, self.shape
         if self.kind == "stop":
             return np.asarray(self._closed * np.maximum(u - shape * a, 0))
@@ -103,7 +103,7 @@ class Hidden:
 
     @property
     def words(self) -> tuple[tuple[str, ...], ...]:
-        """Alternatives of words of which one must be told each."""
+        """Groups of words; a description needs one word of each group."""
         return {
             "stop": (("stop", "gap"), ("asymmetric",)),
             "play": (("gap",),),
@@ -127,7 +127,10 @@ class Hidden:
 def draw_hidden(
     place: str, motion: float, modal: float, angular_frequency: float, kind: str, random: np.random.Generator
 ) -> Hidden:
-    """A law with a secant stiffness of 1 to 8 % of the modal stiffness at its place; drag has a seventh of that."""
+    """Draw a law with a secant stiffness of 1 to 8 % of the modal stiffness at its place.
+
+    Drag has 0.15 times this stiffness, softening 0.7 times.
+    """
     share = float(random.uniform(0.01, 0.08))
     shape = {"power": random.uniform(1.5, 2.5)}.get(kind, random.uniform(0.3, 0.6))
     factor = {"drag": 0.15, "softening": 0.7}.get(kind, 1.0)

@@ -1,11 +1,13 @@
-"""The score of one recovered law, and the table of all, by these rules.
+"""Score of one recovered law, and the table of all, with these rules.
 
 place       the true place is in the set of 95 %
-error       largest difference of the forces along the true motion at the strongest point of each level, without their
-            means, over the largest true force; where no even harmonic was measured, of the odd part alone
-covered     share of these differences that lie within the band of 95 %, the unseen part included
-words       every word that the hidden law asks for is told, and none that contradicts it; a word that the data cannot
-            tell, such as an asymmetry without even harmonics, is not asked for
+error       largest difference between the forces without their means, relative to the largest true force, along the
+            true motion at the frequency of largest motion of each level; only of the odd part if no even harmonic was
+            measured
+covered     fraction of samples with the true force within the band of 95 %, the unseen part included
+words       the description has one of the words required for the hidden law (`ASKED`) and none that contradicts it
+            (`CONTRARY`); a word that the data cannot determine, such as an asymmetry without even harmonics, is not
+            required
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,13 +21,13 @@ from diagnosis.missing_law.curves import BAND, draw_coefficients
 from diagnosis.missing_law.place_law import PlaceLaw
 
 Record = Mapping[str, Any]
-#: Words that none of which may be told of a kind.
+#: Words that the description of a kind must not have.
 CONTRARY = {
     "stop": ("softening", "memory"), "play": ("softening", "memory"), "cubic": ("softening", "memory", "gap"),
     "softening": ("hardening", "memory"), "quadratic": ("memory",), "power": ("softening", "memory"),
     "drag": ("memory", "viscous", "Coulomb"), "iwan": ("drag", "viscous"),
 }  # fmt: skip
-#: Words of which one is asked for of each kind; those of the even part only where it is seen.
+#: Words of which the description of a kind needs one; `are_words_right` also requires a word for a seen even part.
 ASKED = {
     "stop": ("hardening", "gap", "stop"), "play": ("hardening", "gap"), "cubic": ("hardening",),
     "softening": ("softening",), "quadratic": (), "power": ("hardening",), "drag": ("drag", "dissipative"),
@@ -34,7 +36,7 @@ ASKED = {
 
 
 def score_law(law: PlaceLaw, trial: Trial) -> tuple[float, float]:
-    """Error of a law and share of it that its bands hold [-]."""
+    """Error of a law, and fraction of the samples whose true force is within the band [-]."""
     u, v = follow(trial.coefficients, trial.angular_frequency)
     functions, true = law.basis.forces(u, v), trial.hidden.force(u, v)
     functions = functions - functions.mean(axis=1, keepdims=True)
@@ -49,7 +51,7 @@ def score_law(law: PlaceLaw, trial: Trial) -> tuple[float, float]:
 
 
 def are_words_right(words: Sequence[str], kind: str, *, sees_even: bool) -> bool:
-    """See `words`."""
+    """Whether the words of a description are correct; see `words` in the module docstring."""
     asked = ASKED[kind]
     if sees_even and kind in ("stop", "quadratic") and not {"asymmetric", "stop"} & set(words):
         return False
@@ -57,7 +59,7 @@ def are_words_right(words: Sequence[str], kind: str, *, sees_even: bool) -> bool
 
 
 def make_table(records: Sequence[Record]) -> str:
-    """The score in words."""
+    """Score as text."""
     made = [record for record in records if record["law"]]
     lines = [f"{len(records)} campaigns, {len(made)} with a law"]
     lines.append(_share("place in the set of 95 %", [record.get("placed", False) for record in records]))

@@ -19,7 +19,7 @@ MODES = 5e-4
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Structure:
-    """A model, and what is known of its first resonance.
+    """Model with properties of its first resonance.
 
     Parameters
     ----------
@@ -30,9 +30,11 @@ class Structure:
     shape
         First mode with the contacts stuck, of unit modal mass, by place, shape (r,) [kg^-1/2].
     natural
-        Its angular frequency [rad/s], and without contacts.
+        Angular frequency of this mode, and of the first mode without contacts [rad/s].
+    ratio
+        Modal damping ratio [-].
     force
-        Amplitude that moves the contacts into slip, or any [N].
+        Amplitude of the force at the highest level, at which contacts slip [N].
     """
 
     model: Model
@@ -44,7 +46,7 @@ class Structure:
 
 
 def draw_structure(random: np.random.Generator) -> Structure:
-    """A random structure."""
+    """Draw a random structure."""
     is_beam, held = bool(random.uniform() < 0.5), bool(random.uniform() < 0.4)
     n = int(random.integers(4, 7) if is_beam else random.integers(3, 7))
     mass = np.diag(log_uniform(random, 0.5, 2.0, n))
@@ -63,7 +65,7 @@ def draw_structure(random: np.random.Generator) -> Structure:
     force = float(log_uniform(random, 0.5, 5.0))
     contacts, static = [], np.zeros(n)
     if random.uniform() < 0.4:
-        # The motion without contacts at resonance; the contacts slip beyond a third of it.
+        # Resonant motion without contacts; the contacts slip beyond 0.1 to 0.4 of it.
         motion = np.abs(shapes[:, 0] * shapes[drive, 0]) * force / (2 * ratio * squared[0])
         contacts = _contacts(random, n, squared[0], shapes[:, 0], motion)
         static = np.sum([contact.preload * contact.normal for contact in contacts], axis=0)
@@ -87,7 +89,7 @@ def draw_structure(random: np.random.Generator) -> Structure:
 
 
 def make_specimen(model: Model, random: np.random.Generator) -> Model:
-    """The model with errors of its own, without parts."""
+    """Specimen: the model with random deviations, without parts."""
     factors = {name: float(1 + sigma * random.standard_normal()) for name, sigma in DEVIATION.items()}
     system = model.system
     squared, shapes = scipy.linalg.eigh(system.stiffness, system.mass)
@@ -110,7 +112,7 @@ def _chain(random: np.random.Generator, n: int, held: bool) -> Row:
 
 
 def _beam(n: int, held: bool) -> Row:
-    """Bending stiffness of a cantilever, or of a beam clamped at both ends, by differences of its deflection."""
+    """Bending stiffness of a cantilever, or of a beam clamped at both ends, from second differences of deflection."""
     fixed = 2
     total = n + fixed + (2 if held else 0)
     second = np.diff(np.eye(total), n=2, axis=0)

@@ -6,12 +6,12 @@ from pathlib import Path
 
 from benchmarks.next_test.score import make_table, summarise
 
-#: Seeds of development lie below; sealed ones are for a final score.
+#: Seeds of development are below this number; sealed seeds from it on are for a final score.
 DEVELOPMENT = 1000
 
 
 def main() -> None:
-    """Run and score."""
+    """Run the seeds and print the score."""
     words = argparse.ArgumentParser(prog="python -m benchmarks.next_test", description=__doc__)
     words.add_argument("--seeds", default="60:70", help="first:last+1, or several single ones as 48,65,66")
     words.add_argument("--sealed", action="store_true", help=f"allows seeds from {DEVELOPMENT} on")

@@ -1,4 +1,4 @@
-"""Score: how many verdicts a further test decides, and how many of these are right, as advised and at random."""
+"""Score of the advice: numbers of decided and of correct verdicts after the advised test and after a random one."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -9,18 +9,18 @@ Record = Mapping[str, Any]
 
 
 def is_decided(found: Record) -> bool:
-    """Whether one effect is named alone."""
+    """Whether the verdict names a single effect."""
     return bool(found["finding"] == "missing")
 
 
 def is_right(found: Record, record: Record) -> bool:
-    """Whether the effect that is named first is a hidden one, or one that the data cannot tell from it."""
+    """Whether the first named effect is a hidden one, or one that the data cannot separate from it."""
     same = {item["name"] for item in record["effects"]}.union(*found.get("alike", {}).values())
     return bool(found.get("named")) and found["named"][0]["name"] in same
 
 
 def summarise(record: Record) -> str:
-    """One line."""
+    """Summarise a record in one line."""
     names = ", ".join(item["name"] for item in record.get("effects", [])) or "nothing"
     head = f"{record['seed']:6d}  {names}"
     if "advised" not in record:
@@ -35,7 +35,7 @@ def summarise(record: Record) -> str:
 
 
 def make_table(records: Sequence[Record]) -> str:
-    """The score in words."""
+    """Score as text."""
     several = [record for record in records if "advised" in record]
     lines = [f"{len(records)} strangers, {len(several)} whose verdict was several and was measured again"]
     for name in ("advised", "random"):

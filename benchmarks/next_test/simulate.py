@@ -1,4 +1,4 @@
-"""The next test on the specimen of a stranger, by time integration."""
+"""Simulates a further test on the specimen of a stranger by time integration."""
 
 from dataclasses import replace
 
@@ -12,12 +12,12 @@ from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor
 from correlation.model import Model, Sensor
 from diagnosis.next_test.next_test import FURTHER, NextTest
 
-#: Of the streams of random numbers of further tests.
+#: Entropy of the random streams of further tests.
 ENTROPY = 20270302
 
 
 def simulate(stranger: Stranger, test: NextTest, seed: int) -> Campaign:
-    """A campaign of one further test."""
+    """Simulate a campaign of one further test."""
     layout, specimen, floor = stranger.layout, stranger.specimen, dict(stranger.floor)
     sensors = [item for item in layout.sensors if item.name in test.sensors]
     if test.place is not None:

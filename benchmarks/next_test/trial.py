@@ -1,4 +1,4 @@
-"""One stranger: its first diagnosis, and the second ones after the advised test and after a random one."""
+"""Trial of one stranger: its first diagnosis, and the diagnoses after the advised test and after a random one."""
 
 import tempfile
 import time
@@ -22,12 +22,12 @@ from diagnosis.next_test.advise import RankedTest, choose_test
 from study.case.setup import read_case
 from study.diagnose.round import Round, diagnose_case
 
-#: Processor time of one diagnosis [s].
+#: Largest processor time of one diagnosis [s].
 LIMIT = 300.0
 
 
 def run(seed: int) -> Mapping[str, Any]:
-    """The record of a seed; whatever goes wrong is told in it."""
+    """Make the record of a seed; an exception becomes its "failure"."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         record: dict[str, Any] = {"seed": seed}
@@ -66,7 +66,7 @@ def _diagnose(stranger: Stranger, campaign: Campaign) -> Round:
 
 
 def _measure_and_diagnose(stranger: Stranger, campaign: Campaign, ranked: RankedTest) -> dict[str, Any]:
-    """What all data together say after a further test."""
+    """Measure a further test and diagnose all data together."""
     begin, test = time.process_time(), ranked.test
     result: dict[str, Any] = {"test": test.title, "minutes": test.minutes, "expected": ranked.probability}
     try:

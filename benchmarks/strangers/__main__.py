@@ -12,12 +12,12 @@ from typing import Any
 
 from benchmarks.strangers.score import summary, table
 
-#: Seeds of development lie below, sealed ones from the second on: those are for a final score alone.
+#: Seeds of development are below the first number; sealed seeds, for a final score only, are from the second on.
 DEVELOPMENT, SEALED = 1000, 10000
 
 
 def main() -> None:
-    """Run and score."""
+    """Run the seeds and print the score."""
     words = argparse.ArgumentParser(prog="python -m benchmarks.strangers", description=__doc__)
     words.add_argument("--seeds", default="0:20", help="first:last+1; below 1000 for development")
     words.add_argument("--sealed", action="store_true", help="allows seeds from 10000 on, for a final score")
@@ -59,7 +59,7 @@ def main() -> None:
 def _made(
     work: Callable[[int], Mapping[str, Any]], seeds: Sequence[int], processes: int, scheduler: str | None
 ) -> Iterator[Mapping[str, Any]]:
-    """Records as they come."""
+    """Records in the order of completion."""
     if scheduler is None:
         with multiprocessing.get_context("spawn").Pool(processes, maxtasksperchild=20) as pool:
             yield from pool.imap_unordered(work, seeds)

@@ -1,4 +1,4 @@
-"""What is built on a skeleton: places, contact lines, other joints, dashpots, damping, the drive."""
+"""Blueprint of a structure: a skeleton with places, contact lines, other joints, dashpots, damping and drive."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,16 +14,16 @@ Matrix = NDArray[np.float64]
 
 
 class Mesh(Protocol):
-    """What a skeleton is built from."""
+    """Mesh from which a skeleton is built."""
 
     def build(self, refine: int) -> Skeleton:
-        """With `refine` times as many elements along each edge."""
+        """Build a skeleton with `refine` times as many elements along each edge."""
         ...
 
 
 @dataclass(frozen=True, kw_only=True)
 class Contact:
-    """A friction contact: motions along normal and tangent, and its numbers in SI."""
+    """Friction contact: motions along normal and tangent, and parameters in SI units."""
 
     normal: Motion
     tangent: Motion
@@ -36,7 +36,7 @@ class Contact:
 
 @dataclass(frozen=True, kw_only=True)
 class Jenkins:
-    """Spring and slider of constant limit, as a contact under constant normal load."""
+    """Spring and slider with constant limit, like a contact under constant normal load."""
 
     motion: Motion
     stiffness: float
@@ -45,32 +45,34 @@ class Jenkins:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Blueprint:
-    """A structure as its engineer draws it.
+    """Structure as drawn by an engineer.
 
     Parameters
     ----------
     kind
-        Of the mesh: chain, beam, frame, pair or plate.
+        Kind of the mesh: chain, beam, frame, pair or plate.
     mesh
-        What the skeleton is built from.
+        Mesh of the skeleton.
     finer
-        By how much the specimen's mesh is finer than the model's; 1 where there is no mesh.
+        Factor by which the specimen's mesh is finer than that of the model; 1 for a chain.
     ratio
-        Damping ratio of all modes, or of two of them (`rayleigh`).
+        Damping ratio of all modes, or of two modes (`rayleigh`).
     rayleigh
-        Whether damping is Rayleigh's, through the first mode and that of `highest` [rad/s].
+        Whether damping is Rayleigh damping with `ratio` at the first mode and at `highest`.
+    highest
+        Angular frequency of the second mode of Rayleigh damping [rad/s].
     places
-        Spots by name, where effects and sensors may be.
+        Spots of possible effects and sensors by name.
     drive
         Place of the force.
-    lines
-        Contacts by line; Jenkins elements and cubic springs [N/m^3] by name.
+    lines, jenkins, cubic
+        Contacts by line; Jenkins elements by name; places and stiffnesses of cubic springs [N/m^3] by name.
     dashpots
         Discrete dampers [N s/m] by place.
     free, stuck
-        Angular frequency of the resonance that is tested, without contacts and with all that are closed stuck [rad/s].
+        Angular frequency of the tested resonance without contacts, and with all closed contacts stuck [rad/s].
     force
-        Highest amplitude of the force that its contacts are made for [N].
+        Highest amplitude of the force, for which the contacts are designed [N].
     """
 
     kind: str
@@ -91,11 +93,11 @@ class Blueprint:
 
     @property
     def n_contact(self) -> int:
-        """Contacts and Jenkins elements."""
+        """Number of contacts and Jenkins elements."""
         return sum(map(len, self.lines.values())) + len(self.jenkins)
 
     def damping(self, skeleton: Skeleton) -> Matrix:
-        """C, shape (r, r) [N s/m]."""
+        """Damping matrix C, shape (r, r) [N s/m]."""
         squared, shapes = scipy.linalg.eigh(skeleton.stiffness, skeleton.mass)
         natural = np.sqrt(squared)
         if self.rayleigh:

@@ -1,4 +1,4 @@
-"""One stranger by seed: a case file, a campaign folder, and the truth."""
+"""Makes the stranger of a seed: case file, campaign folder and truth."""
 
 import time
 from collections.abc import Mapping
@@ -24,15 +24,15 @@ from correlation.model import Model
 from correlation.sensor_placement import with_sensors
 from study.case.setup import read_case
 
-#: Of all streams of random numbers.
+#: Entropy of all random streams.
 ENTROPY = 20270301
-#: Chance that a case names its finer mesh.
+#: Probability that a case refers to its finer mesh.
 REFINED = 0.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stranger:
-    """What was made: files, and what only the benchmark knows."""
+    """Stranger: paths of case and campaign, and data that only the benchmark has."""
 
     case: Path
     folder: Path
@@ -49,7 +49,7 @@ class Stranger:
 def make(seed: int, folder: Path) -> Stranger:
     """Make the stranger of a seed in an existing folder.
 
-    Streams of random numbers are of their own, so that a change of one part leaves the others as they were.
+    Each part has its own random stream, so that a change of one part does not change the others.
     """
     begin = time.process_time()
     streams = [np.random.default_rng(item) for item in np.random.SeedSequence([ENTROPY, seed]).spawn(6)]
@@ -104,13 +104,13 @@ def make(seed: int, folder: Path) -> Stranger:
 
 
 def _shape(plan: Blueprint, model: Model, level: float, frequencies: tuple[float, ...], configuration: str) -> Any:
-    """The response of the drive at a level, 1 at its highest, shape (frequency,)."""
+    """Response of the drive at a level, relative to its largest value, shape (frequency,)."""
     curve = amplitude(model, plan.drive, [level], frequencies, free=configuration == "free")[0]
     return curve / max(float(curve.max()), 1e-300)
 
 
 def _planned(layout: Layout) -> Campaign:
-    """A campaign of one row, which places its sensors on a model."""
+    """Campaign of one row, for the placement of the sensors on a model."""
     one = np.ones(1)
     row = Measurement(
         test=0 * one, order=one, repeat=one, sweep=one, level=one, frequency=one, sensor=0 * one,

@@ -1,4 +1,4 @@
-"""A blueprint as a case file with its matrices, as a user would write it."""
+"""Writes a blueprint as a case file with its matrices, as a user would."""
 
 import json
 from collections.abc import Sequence
@@ -11,26 +11,25 @@ from benchmarks.strangers.blueprint import Blueprint
 from benchmarks.strangers.skeleton import Skeleton
 from reduction.file.npz import write_npz
 
-#: Standard deviations that the engineer states: of natural frequencies, one by one, at least, and of the lines'
-#: stiffnesses [-].
+#: Stated standard deviations: of each natural frequency (at least this), and of the compliance of the lines [-].
 FREQUENCY, COMPLIANCE = 2e-3, 5e-3
-#: Modes whose change from mesh to mesh the engineer states where it is larger.
+#: Number of modes in the mesh study, whose change of frequency is stated if it exceeds `FREQUENCY`.
 STUDIED = 6
 
 
 def write_case(plan: Blueprint, folder: Path, name: str, refine: int = 1, refined: Sequence[str] = ()) -> Path:
-    """Write NAME.toml and NAME.npz, on a mesh that is `refine` times as fine.
+    """Write NAME.toml and NAME.npz with a mesh that is `refine` times as fine.
 
     Parameters
     ----------
     plan
-        The structure.
+        Structure.
     folder, name
-        Where, and the name of both files.
+        Folder, and name of both files.
     refine
-        How much finer than drawn.
+        Refinement of the mesh.
     refined
-        Files of finer cases that the case names.
+        Files of finer cases to which the case refers.
     """
     skeleton = plan.mesh.build(refine)
     arrays = {
@@ -70,7 +69,7 @@ def write_case(plan: Blueprint, folder: Path, name: str, refine: int = 1, refine
 
 
 def _study_mesh(plan: Blueprint) -> float:
-    """Root mean square change of the first natural frequencies by a finer mesh, and at least `FREQUENCY` [-]."""
+    """Root mean square change of the first natural frequencies by the finer mesh, at least `FREQUENCY` [-]."""
     meshes = [plan.mesh.build(refine) for refine in (1, plan.finer)]
     squared = [scipy.linalg.eigh(item.stiffness, item.mass, eigvals_only=True)[:STUDIED] for item in meshes]
     number = min(map(len, squared))
@@ -79,7 +78,7 @@ def _study_mesh(plan: Blueprint) -> float:
 
 
 def _dofs(skeleton: Skeleton) -> dict[str, np.ndarray]:
-    """The table of degrees of freedom; nodes are numbered by body and point."""
+    """Table of the degrees of freedom; each body and point is one node."""
     nodes = list(dict.fromkeys((spot.body, spot.point) for spot in skeleton.spots))
     return {
         "dof_body": np.array([spot.body for spot in skeleton.spots]),

@@ -1,4 +1,4 @@
-"""Pictures of a score: what was hidden by what was told, and how often what is told with a probability is right."""
+"""Figures of a score: confusion matrix of hidden and named effects, and reliability of the probabilities."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -13,22 +13,22 @@ from benchmarks.strangers.score import CLEAR, NO_ALARM, Record, is_first, kind_o
 from figure.confusion import ConfusionMatrix, draw_confusion_matrix
 from figure.style import INK, LIMITS, PALE, add_title, make_figure, open_box, png
 
-#: Bounds of the probabilities that are counted together.
+#: Bounds of the bins of probabilities.
 BOUNDS = (0.0, 0.3, 0.6, 0.9, 0.99, 1.0)
 NOTHING = "nothing"
 
 
 class Bin(NamedTuple):
-    """Effects that were named with a probability near this one, and how many of them were right."""
+    """Mean probability of the named effects in a bin, and the fraction of correct ones."""
 
     probability: float
     right: Share
 
 
 def list_bins(records: Sequence[Record]) -> list[Bin]:
-    """Effects that first rounds name, by their probability.
+    """Bins of the effects named in first rounds, by probability.
 
-    Right is the hidden one itself: what is the same has a share of its own.
+    Only the hidden effect itself is correct: an effect that the data cannot separate from it has its own probability.
     """
     told = [
         (probability, item["name"] in {effect["name"] for effect in record["effects"]})
@@ -45,7 +45,7 @@ def list_bins(records: Sequence[Record]) -> list[Bin]:
 
 
 def draw_reliability(records: Sequence[Record], file: Path) -> None:
-    """Share of right names over the probability that they were told with."""
+    """Draw the fraction of correct effects over their stated probability."""
     figure = make_figure(5.5, 5.0)
     axes = figure.subplots()
     axes.plot([0, 1], [0, 1], color=PALE, lw=1, ls="--")
@@ -62,7 +62,7 @@ def draw_reliability(records: Sequence[Record], file: Path) -> None:
 
 
 def draw_confusion(records: Sequence[Record], file: Path) -> None:
-    """Kinds that were hidden by what was told first."""
+    """Draw the confusion matrix: hidden kinds against the first named kind or the finding."""
     counts: dict[str, Counter[tuple[str, bool]]] = {}
     for record in records:
         hidden = " + ".join(sorted(kind_of(item["name"]) for item in record["effects"])) or NOTHING
@@ -82,7 +82,7 @@ def draw_confusion(records: Sequence[Record], file: Path) -> None:
 
 
 def _is_right(record: Record) -> bool:
-    """Whether the first round tells what it should."""
+    """Whether the verdict of the first round is correct."""
     finding, effects = record["rounds"][0]["finding"], record["effects"]
     if not effects:
         return finding in NO_ALARM

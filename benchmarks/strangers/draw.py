@@ -1,8 +1,9 @@
-"""What is hidden in a specimen, by seed: nothing, one effect, two, or one that the catalogue lacks, clearly enough.
+"""Draws the effects hidden in a specimen: none, one, two, or one that the catalogue lacks, with visible strength.
 
-nothing 22 %, one 46 %, two 12 %, stranger to the catalogue 20 %. Kinds of the catalogue are drawn alike often, then the
-place. The strength is scaled until the signature z (`benchmarks.strangers.signature`) is what was drawn, 10 to 60, as
-far as the bounds of the effect and 30 times its typical strength allow; an effect that stays below 6 is drawn again.
+nothing 22 %, one 46 %, two 12 %, stranger to the catalogue 20 %. Kinds of the catalogue have equal probability; then
+the place is drawn. The strength is scaled until the signature z (`benchmarks.strangers.signature`) reaches a drawn aim
+of 10 to 60, within the bounds of the effect and 30 times its typical strength; an effect that stays below 6 is drawn
+again.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,16 +21,16 @@ from correlation.model import Model
 from diagnosis.candidate.catalogue import list_effects
 
 CLASSES = {"nothing": 0.22, "one": 0.46, "two": 0.12, "stranger": 0.20}
-#: Signatures that are aimed at, and the least that counts as hidden.
+#: Range of the aimed signatures, and smallest signature of a hidden effect.
 AIM, LEAST = (10.0, 60.0), 6.0
-#: Largest strength in typical ones, steps towards the aim, draws of an effect.
+#: Largest strength relative to the typical one, number of steps towards the aim, number of draws of an effect.
 MOST, STEPS, DRAWS = 30.0, 6, 6
 
 
 def draw_hidden(
     plan: Blueprint, layout: Layout, model: Model, signature: Signature, random: np.random.Generator
 ) -> list[tuple[Hidden, float]]:
-    """Effects with their signatures; fewer than drawn where none can be seen."""
+    """Draw effects with their signatures; fewer than planned if no draw reaches `LEAST`."""
     chosen = str(random.choice(list(CLASSES), p=list(CLASSES.values())))
     if chosen == "nothing":
         return []
@@ -49,13 +50,13 @@ def draw_hidden(
 
 
 def _scaled(effect: Hidden, aim: float, signature: Signature) -> tuple[Hidden, float]:
-    """An effect with the strength whose signature comes nearest to an aim, and that signature."""
+    """Effect with the strength whose signature is nearest to the aim, and this signature."""
     step = effect.typical - effect.vanishes
     largest = MOST * abs(step)
     best, nearest = effect, 0.0
-    weak, strong = 0.0, np.inf  # sizes of steps that show less clearly than the aim, and more
+    weak, strong = 0.0, np.inf  # sizes of steps with signatures below and above the aim
     for _ in range(STEPS):
-        # Inside the bounds, not on them, where a fit would find it hard to say more.
+        # Inside the bounds, because a fit at a bound is unreliable.
         low, high = (effect.vanishes + 0.9 * (bound - effect.vanishes) for bound in effect.bounds)
         strength = float(np.clip(effect.vanishes + step, low, high))
         trial = replace(effect, strength=strength)  # type: ignore[type-var]
@@ -64,7 +65,7 @@ def _scaled(effect: Hidden, aim: float, signature: Signature) -> tuple[Hidden, f
             best, nearest = trial, z
         if z and 0.8 < z / aim < 1.25:
             break
-        # No signature at all: the states were lost, or a clearance was not reached.
+        # Zero signature: steady states were lost, or a clearance was not reached.
         grown = abs(step) * float(np.clip(aim / z, 0.1, 10.0)) if z else abs(step) / 4
         if z < aim and z:
             weak = max(weak, abs(step))
@@ -82,7 +83,7 @@ def _known(layout: Layout, model: Model, random: np.random.Generator) -> Callabl
     measured = {sensor.name for sensor in layout.sensors}
     kinds: Mapping[str, Sequence[int]] = {}
     for number, effect in enumerate(candidates):
-        # Delays are drawn with the strangers, whose seeds are older than the kind.
+        # Delays are drawn with the strangers, because the seeds are older than this kind of the catalogue.
         if effect.kind != "delay" and (effect.kind != "gain" or effect.name.removeprefix("gain of ") in measured):
             kinds = {**kinds, effect.kind: (*kinds.get(effect.kind, ()), number)}
 
@@ -108,7 +109,7 @@ def _strangers(plan: Blueprint, layout: Layout, model: Model, random: np.random.
     def draft() -> Stranger:
         kind, place = str(random.choice(STRANGERS)), str(random.choice(list(plan.places)))
         motion = highest * float(amplitude(model, place, [highest], grid, free=False).max())
-        # The stiffness that holds the place in the tested resonance, and the mass that moves there.
+        # Modal stiffness of the place in the tested resonance; the modal mass follows from it.
         stiffness = highest / (motion * 2 * plan.ratio)
         if kind == "sensor delay":
             sensor = str(random.choice([item.name for item in layout.sensors]))

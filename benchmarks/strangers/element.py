@@ -1,16 +1,16 @@
-"""Consistent element matrices: a beam of a plane frame, and a rectangular plate of 12 degrees of freedom."""
+"""Consistent element matrices of a beam in a plane frame and of a rectangular plate with 12 degrees of freedom."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 Matrix = NDArray[np.float64]
 
-#: Exponents of x and y in the polynomial of the plate's deflection (Adini, Clough and Melosh).
+#: Exponents of x and y in the polynomial of the deflection of the plate (Adini, Clough and Melosh).
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (3, 1), (1, 3))
 
 
 def frame_element(begin: Matrix, end: Matrix, axial: float, bending: float, mass: float) -> tuple[Matrix, Matrix]:
-    """Mass and stiffness over x, z, ry of both ends, shape (6, 6): a bar beside an Euler-Bernoulli beam.
+    """Mass and stiffness over x, z, ry of both ends, shape (6, 6): a bar and an Euler-Bernoulli beam.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def frame_element(begin: Matrix, end: Matrix, axial: float, bending: float, mass
         [156, 22 * length, 54, -13 * length], [22 * length, 4 * l2, 13 * length, -3 * l2],
         [54, 13 * length, 156, -22 * length], [-13 * length, -3 * l2, -22 * length, 4 * l2],
     ])  # fmt: skip
-    # A rotation about y turns x away from z: dw/ds = -ry.
+    # A positive rotation about y turns x towards -z: dw/ds = -ry.
     node = np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, -1]])
     turn = np.kron(np.eye(2), node)
     return turn.T @ inertia @ turn, turn.T @ stiffness @ turn

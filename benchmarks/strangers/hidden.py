@@ -1,14 +1,14 @@
-"""What a specimen hides: an effect of the catalogue, or one that the catalogue lacks.
+"""Hidden effects of a specimen: effects of the catalogue, and others.
 
-An effect of the catalogue is looked up by its name in the catalogue of the model that it changes, coarse or fine, so
-that every kind that `diagnosis.effect` gains is hidden as well. What the catalogue lacks is made here:
+An effect of the catalogue is found by its name in the catalogue of the changed model, coarse or fine, so that new kinds
+of `diagnosis.effect` are hidden as well. Other effects are defined here:
 
 one-sided stop   an elastic stop at 30 to 70 % of the largest motion of a place
-play             a spring that holds a place beyond a clearance of 30 to 70 % of its largest motion on either side
+play             a spring that acts beyond a clearance of 30 to 70 % of the largest motion of a place, on both sides
 tuned mass       a mass on a damped spring (1 %), tuned to within 8 % of the tested resonance
 quadratic        a force k u^2
 fifth order      a force k u^5
-sensor delay     a channel reads a time later, as a wrong anti-alias filter would
+sensor delay     a delay of a channel, as from a wrong anti-alias filter; the catalogue has it too, so it is known
 """
 
 from collections.abc import Callable, Mapping
@@ -28,7 +28,7 @@ ABSORBER = 0.01
 
 
 class Hidden(Protocol):
-    """An effect with a strength."""
+    """Hidden effect with a strength."""
 
     name: str
     strength: float
@@ -38,21 +38,21 @@ class Hidden(Protocol):
 
     @property
     def known(self) -> bool:
-        """Whether the catalogue has it."""
+        """Whether the catalogue has the effect."""
         ...
 
     def bound(self, model: Model) -> Callable[[Model], Model]:
-        """What changes this model, and the same without its contacts, by the effect."""
+        """Function that applies the effect to this model, and to the same model without contacts."""
         ...
 
     def delay(self, sensor: str) -> float:
-        """By which a channel is late [s]."""
+        """Delay of a channel [s]."""
         ...
 
 
 @dataclass(frozen=True, kw_only=True)
 class Known:
-    """An effect of the catalogue by its name; the catalogue's typical strengths are those of these tests."""
+    """Effect of the catalogue, by name; the typical strengths of the catalogue are those for these tests."""
 
     name: str
     strength: float
@@ -70,14 +70,14 @@ class Known:
         return lambda other: effect.apply(other, values)
 
     def delay(self, sensor: str) -> float:
-        """None."""
+        """Zero: no delay."""
         del sensor
         return 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stranger:
-    """An effect that the catalogue lacks: kind, place (or channel), strength and a further number."""
+    """Effect defined here: kind, place (or channel), strength and a further number."""
 
     kind: str
     place: str
@@ -91,7 +91,7 @@ class Stranger:
 
     @property
     def name(self) -> str:
-        """Kind and place."""
+        """Name of the effect: kind and place."""
         return f"delay of {self.place}" if self.known else f"{self.kind} at {self.place}"
 
     def bound(self, model: Model) -> Callable[[Model], Model]:
@@ -116,7 +116,7 @@ class Stranger:
         return model.with_system(joints=joints)
 
     def delay(self, sensor: str) -> float:
-        """Its own of the channel."""
+        """Delay of a channel [s]: the strength of a sensor delay for its channel, else zero."""
         return self.strength if self.kind == "sensor delay" and sensor == self.place else 0.0
 
 
@@ -150,7 +150,7 @@ def fifth_order_spring(u, velocity, state, parameters):  # type: ignore[no-untyp
 
 
 def _with_absorber(model: Model, row: Any, mass: float, natural: float) -> Model:
-    """The model with one more degree of freedom, a mass on a spring and a dashpot that hang at a row."""
+    """Model with an additional degree of freedom: a mass on a spring and a dashpot, attached at a row."""
     system, between = model.system, np.append(row, -1.0)
     spring = mass * natural**2
 

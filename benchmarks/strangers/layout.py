@@ -1,17 +1,19 @@
-"""Layouts of campaigns by seed: levels, repeats, sweeps, sensors, grids, what is stated and what is held out.
+"""Random layouts of campaigns: levels, repeats, sweeps, sensors, grids, stated noise and held-out data.
 
 levels       2 to 6, geometric, the lowest 1/4 to 1/25 of the highest
-repeats      1 to 6; one repeat states its noise; two levels have at least three repeats, of which the last is held out
+repeats      1 to 6; with one repeat the noise is stated; with two levels at least three repeats, the last held out
+held out     the second-highest level if there are more than two
 sweeps       up (25 %), down (15 %), both
 sensors      1 to 8, at least one motion (displacement, velocity or acceleration); load cells in half of those with
              lines
 phase        missing in 12 %, then there are no load cells
 harmonics    1, in 40 % 1 and 3; load cells read 0 and 1
 force        constant, or in 40 % it drops by up to 30 % at the resonance and is measured at each point
-free         in 40 % of structures with lines the structure without them is tested too, at two levels
-grid         16 to 36 frequencies where the curves of the model turn, in 30 % one grid per half of the levels
-noise        0.05 to 5 % of a reading beside a floor of a fifth of that of the largest at the lowest level; stated by
-             half, else left to the repeats
+free         40 % of structures with lines are also tested without contacts, at two levels
+grid         16 to 36 frequencies, denser where the curves of the model are steep; in 30 % one grid per half of the
+             levels
+noise        0.05 to 5 % of a reading, and a floor of a fifth of the noise of the largest reading at the lowest level;
+             stated in half of the campaigns, else estimated from the repeats
 """
 
 from dataclasses import dataclass
@@ -25,13 +27,13 @@ from benchmarks.strangers.structure import BAND
 from correlation.campaign.measurement import CONTACT_FORCE, HeldOut, MeasuredSensor
 from correlation.model import Model
 
-#: Frequencies of the curve from which a grid is chosen.
+#: Smallest number of frequencies of the curve from which a grid is chosen.
 N_CURVE = 60
 
 
 @dataclass(frozen=True, kw_only=True)
 class Grid:
-    """One test: its configuration, levels [N] and frequencies [Hz]."""
+    """One test: configuration, levels [N] and frequencies [Hz]."""
 
     name: str
     configuration: str
@@ -41,7 +43,7 @@ class Grid:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Layout:
-    """A campaign before it is measured.
+    """Layout of a campaign before measurement.
 
     Parameters
     ----------
@@ -52,13 +54,13 @@ class Layout:
     sensors
         Sensors, without their stated noise.
     harmonics
-        Of motions.
+        Harmonics of motions.
     droop
-        Share of the force that is lost at the resonance; it is measured if this is not zero [-].
+        Relative decrease of the force at the resonance [-]; the force is measured unless this is zero.
     noise, stated
-        Relative standard deviation of a reading, and whether the manifest says it.
+        Relative standard deviation of a reading [-], and whether the manifest states it.
     held_out
-        What tests the fits.
+        Data held out for the test of fits.
     """
 
     grids: tuple[Grid, ...]
@@ -73,7 +75,7 @@ class Layout:
 
 
 def draw_layout(plan: Blueprint, model: Model, random: np.random.Generator) -> Layout:
-    """A random layout for a structure and its model."""
+    """Draw a layout for a structure and its model."""
     count = int(random.integers(2, 7))
     n_repeat = int(random.integers(3 if count == 2 else 1, 7))
     levels = np.geomspace(plan.force / random.uniform(4, 25), plan.force, count)
@@ -144,8 +146,8 @@ def _grids(plan: Blueprint, model: Model, levels: tuple[float, ...], random: np.
 def _turning(
     plan: Blueprint, model: Model, levels: tuple[float, ...], band: tuple[float, float], count: int, *, free: bool
 ) -> tuple[float, ...]:
-    """Frequencies that part the mean length of the curves of the lowest and the highest level evenly [Hz]."""
-    # Steps of the half-power width about the resonances; the contacts add to the damping between them.
+    """Frequencies at equal distances along the mean curve of the lowest and the highest level [Hz]."""
+    # Steps of about half of the half-power width; between the resonances, contacts add damping.
     fine = np.linspace(*band, max(N_CURVE, int((band[1] - band[0]) / (plan.ratio * band[1]))))
     length = np.zeros(len(fine))
     for curve in amplitude(model, plan.drive, (levels[0], levels[-1]), fine, free=free):

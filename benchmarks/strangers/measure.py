@@ -1,4 +1,4 @@
-"""A campaign on a specimen: sweeps on the virtual bench, then what sensors and their noise make of them."""
+"""Measures a campaign on a specimen: sweeps on the virtual bench, then readings of the sensors with noise."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +14,7 @@ from correlation.model import DERIVATIVE, Model
 from transient.virtual_bench.sweep import SweepReadings, VirtualSweepTest
 
 PRELOAD_JITTER, FREQUENCY_JITTER, HISTORY = 0.01, 3e-4, 0.9
-#: Of the integration: with half as many, motions with slip err by up to 0.2 %.
+#: Time steps per period; with half as many, motions with slip have errors of up to 0.2 %.
 STEPS_PER_PERIOD = 256
 #: Standard deviation of a measured force [-]; positions of harmonics in the readings of the bench.
 FORCE_NOISE, MOTION, FORCE = 1e-3, {1: 0, 3: 1}, {0: 0, 1: 1}
@@ -22,13 +22,13 @@ FORCE_NOISE, MOTION, FORCE = 1e-3, {1: 0, 3: 1}, {0: 0, 1: 1}
 
 @dataclass(frozen=True, kw_only=True)
 class Sweeps:
-    """How the integration went."""
+    """Statistics of the integration."""
 
     n_point: int
     n_not_periodic: int
     n_period: int
     slip: dict[str, float]
-    """Largest share of slip at each level, mean over the contacts [-]."""
+    """Largest slip fraction at each level, mean over the contacts [-]."""
 
 
 def measure(
@@ -39,16 +39,16 @@ def measure(
     droop: dict[str, NDArray[np.float64]],
     random: np.random.Generator,
 ) -> tuple[Campaign, Sweeps]:
-    """A campaign with noise.
+    """Measure a campaign with noise.
 
     Parameters
     ----------
     specimen, layout, hidden
-        What is measured, how, and what it hides.
+        Specimen, layout of the campaign, and hidden effects.
     floor
         Absolute standard deviation of each sensor [its unit].
     droop
-        Share of the force that is left at each frequency of a test, by its name [-].
+        Fraction of the force that remains at each frequency of a test, by name of the test [-].
     random
         Generator of repeats and noise.
     """
@@ -91,7 +91,7 @@ def measure(
 def _read(
     specimen: Specimen, layout: Layout, swept: SweepReadings, grid: Grid, place: int
 ) -> list[tuple[int, int, complex]]:
-    """Number of the sensor, harmonic and reading without noise at a point."""
+    """Sensor numbers, harmonics and readings without noise at a point."""
     model = specimen.free if grid.configuration == "free" else specimen.jointed
     gain, motions = {item.name: item.gain for item in model.sensors}, _motions(model)
     rows = []
@@ -117,7 +117,7 @@ def _campaign(
     layout: Layout, hidden: list[Hidden], floor: dict[str, float], table: NDArray[np.float64],
     values: NDArray[np.complex128], random: np.random.Generator,
 ) -> Campaign:  # fmt: skip
-    """Readings with derivative, delay, noise, and a phase or none."""
+    """Campaign of readings with derivative, delay and noise, with or without phase."""
     test, repeat, sweep, level, frequency, force, sensor, harmonic = table.T
     names = [item.name for item in layout.sensors]
     number = sensor.astype(int)
@@ -133,7 +133,7 @@ def _campaign(
         values = np.abs(values)
     if layout.droop:
         force = force * (1 + FORCE_NOISE * random.standard_normal(len(force)))
-        # One reading of the force per point, whatever the number of sensors.
+        # One reading of the force per point for all sensors.
         _, first, inverse = np.unique(table[:, :5], axis=0, return_index=True, return_inverse=True)
         force = force[first][inverse.ravel()]
     return Campaign(
@@ -148,6 +148,6 @@ def _campaign(
 
 
 def _stated(layout: Layout, sensor: MeasuredSensor, floor: dict[str, float]) -> MeasuredSensor:
-    """The sensor, with the noise of each part of its readings if that is stated."""
+    """Sensor with the noise of each part of its readings, if it is stated."""
     parts = (float(layout.noise / np.sqrt(2)), float(floor[sensor.name] / np.sqrt(2)))
     return replace(sensor, noise=parts) if layout.stated else sensor

@@ -1,8 +1,8 @@
-"""`python -m benchmarks.strangers.picture FOLDER --seeds 0:6`: readings beside harmonic balance of the true specimen.
+"""`python -m benchmarks.strangers.picture FOLDER --seeds 0:6`: compare readings with harmonic balance of the specimen.
 
-The specimen's own matrices, joints and hidden effects are balanced at the mean preload and frequency, from sliders at
-rest: what its readings then differ by is noise, jitter, friction histories, and the error of either method. The medians
-and the worst tenth are printed, relative to the largest reading of the sensor at the level.
+Harmonic balance uses the matrices, joints and hidden effects of the specimen, the mean preload and frequency, and
+sliders at rest. The readings differ by noise, jitter, friction histories and errors of both methods. The median and the
+90 % quantile of the differences are printed, relative to the largest reading of the sensor at the level.
 """
 
 import argparse
@@ -19,7 +19,7 @@ from figure.style import make_figure
 
 
 def draw(stranger: Stranger, file: Path) -> str:
-    """Draw the first sensor of all tests, and compare."""
+    """Draw the first sensor of all tests and compare; returns the differences as text."""
     campaign = read_campaign(stranger.folder)
     table, sensor = campaign.measurement, stranger.layout.sensors[0]
     late = sum(effect.delay(sensor.name) for effect in stranger.hidden)
@@ -55,7 +55,7 @@ def draw(stranger: Stranger, file: Path) -> str:
 
 
 def main() -> None:
-    """Make, draw and compare."""
+    """Make, draw and compare strangers."""
     words = argparse.ArgumentParser(prog="python -m benchmarks.strangers.picture", description=__doc__)
     words.add_argument("folder", type=Path, help="where the pictures go")
     words.add_argument("--seeds", default="0:6", help="first:last+1")

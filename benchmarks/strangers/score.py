@@ -1,27 +1,27 @@
-"""The score of diagnoses of strangers, by these rules.
+"""Score of diagnoses of strangers, with these rules.
 
 A record is of one class: *nothing* hidden, *one* effect of the catalogue, *two*, or a *stranger* to the catalogue.
 
-same            an effect is *the same* as a hidden one if it is that one, or if the whitened changes of all readings by
-                both are parallel after the calibration parameters are projected out, |cos| > 0.95 at the calibrated
-                model (`Score.direction`): no campaign of this layout can tell them apart. So mass at two near places,
-                or preload and friction coefficient under a constant normal load, are one group.
-first           one: the verdict names (missing or ambiguous) an effect that is the same, before all others
+same            an effect is *the same* as a hidden one if it is that effect, or if the whitened changes of all readings
+                by both are parallel after the calibration parameters are projected out, |cos| > 0.95 at the calibrated
+                model (`Score.direction`): no campaign of this layout can separate them. Mass at two near places, or
+                preload and friction coefficient under a constant normal load, are therefore one group.
+first           one: the first effect that the verdict names (missing or ambiguous) is the same as the hidden one
 seen            all hidden effects change the readings by more than ten standard deviations of noise, jitter,
-                histories and numerical error beside the calibration parameters, at the calibrated model of the
-                diagnosis (of the first round); the z of a plan is that of linear theory at the drawn model
-among           one: it names such an effect, wherever
-kind            one: the first that it names is of the hidden kind
-itself          one: the first that it names is the hidden one, kind and place
-strength        of those whose first name is the hidden one: the strength errs by at most 20 % of its distance from the
-                vanishing value, or lies inside the interval of 95 % that is told
-covered         of the same ones: it lies inside the interval
-false alarm     nothing: any verdict but "nothing is missing" and "not testable"
-wrong           all classes: "X is missing" alone, or with a further effect beside it, and X, or the further one, is the
-                same as no hidden effect, or both are the same as one
+                histories and numerical error, with the calibration parameters projected out, at the calibrated model of
+                the diagnosis (of the first round); the z of a plan is the signature at the drawn model (`signature`)
+among           one: the verdict names an effect that is the same, at any position
+kind            one: the first named effect is of the hidden kind
+itself          one: the first named effect is the hidden one, in kind and place
+strength        of the records of `itself`: the error of the strength is at most 20 % of the distance of the true
+                strength from the vanishing value, or the true strength lies inside the reported interval of 95 %
+covered         of the same records: the true strength lies inside the interval
+false alarm     nothing: any verdict except "nothing is missing" and "not testable"
+wrong           all classes: the verdict is "X is missing", alone or with a further effect, and X or the further effect
+                is the same as no hidden effect, or both are the same as one hidden effect
 unknown         stranger: the verdict is "none of the known effects"; placed: and at the hidden place
-both            two: the names of the rounds, each added before the next, and those told beside them, hold both, or what
-                is the same; one of two: hold at least one of them
+both            two: the first names of the rounds, each added before the next round, and the further effects named with
+                them, include both hidden effects or effects that are the same; one of two: include at least one
 missed          one, two, stranger: the verdict is that nothing is missing, or that this cannot be tested
 failed          a crash, or no verdict within the limit of processor time; it counts against every rule
 """
@@ -37,12 +37,12 @@ from benchmarks.hidden_effects_score import Share
 
 Record = Mapping[str, Any]
 CLEAR, NO_ALARM = ("missing", "ambiguous"), ("nothing", "not testable")
-#: Standard deviations from which on an effect is seen.
+#: Change of the readings above which an effect is seen [standard deviations].
 SEEN = 10.0
 
 
 def class_of(record: Record) -> str:
-    """Class of what a record hides."""
+    """Class of a record by its hidden effects."""
     effects = record["effects"]
     if not effects:
         return "nothing"
@@ -52,73 +52,73 @@ def class_of(record: Record) -> str:
 
 
 def kind_of(name: str) -> str:
-    """Kind of an effect by its name: what stands before the place."""
+    """Kind of an effect: the part of its name before the place."""
     return min((name.partition(f" {word} ")[0] for word in ("at", "of", "between", "by")), key=len)
 
 
 def named(record: Record, number: int = 0) -> list[Mapping[str, Any]]:
-    """Effects that a round names, the first before all others."""
+    """Effects that a round names, best first."""
     done = record["rounds"][number]
     return list(done["named"]) if done["finding"] in CLEAR else []
 
 
 def same(record: Record, number: int = 0) -> set[str]:
-    """The hidden effects, and what a round could not tell from them."""
+    """Hidden effects, and effects that a round could not separate from them."""
     return set().union(*groups(record, number))
 
 
 def groups(record: Record, number: int = 0) -> list[set[str]]:
-    """Each hidden effect with what a round could not tell from it."""
+    """For each hidden effect, the effect and those that a round could not separate from it."""
     alike = record["rounds"][number].get("alike", {})
     return [{item["name"], *alike.get(item["name"], ())} for item in record["effects"]]
 
 
 def is_first(record: Record) -> bool:
-    """See `first`."""
+    """Whether rule `first` holds."""
     return bool(named(record)) and named(record)[0]["name"] in same(record)
 
 
 def is_seen(record: Record) -> bool:
-    """See `seen`."""
+    """Whether rule `seen` holds."""
     seen = record["rounds"][0].get("seen", {})
     return bool(seen) and all(size > SEEN for size in seen.values())
 
 
 def is_among(record: Record) -> bool:
-    """See `among`."""
+    """Whether rule `among` holds."""
     return any(item["name"] in same(record) for item in named(record))
 
 
 def is_kind(record: Record) -> bool:
-    """See `kind`."""
+    """Whether rule `kind` holds."""
     return bool(named(record)) and kind_of(named(record)[0]["name"]) == kind_of(record["effects"][0]["name"])
 
 
 def is_itself(record: Record) -> bool:
-    """See `itself`."""
+    """Whether rule `itself` holds."""
     return bool(named(record)) and named(record)[0]["name"] == record["effects"][0]["name"]
 
 
 def is_covered(record: Record) -> bool:
-    """See `covered`."""
+    """Whether rule `covered` holds."""
     result, true = named(record)[0], record["effects"][0]
     return abs(result["strength"] - true["strength"]) <= result["half"]
 
 
 def is_strong(record: Record) -> bool:
-    """See `strength`."""
+    """Whether rule `strength` holds."""
     result, true = named(record)[0], record["effects"][0]
     error = abs(result["strength"] - true["strength"]) / abs(true["strength"] - true["vanishes"])
     return error <= 0.2 or is_covered(record)
 
 
 def is_wrong(record: Record) -> bool:
-    """See `wrong`."""
+    """Whether rule `wrong` holds."""
     told = record["rounds"][0]
     if told["finding"] != "missing":
         return False
     names = [told["named"][0]["name"], *([told["further"]["name"]] if told.get("further") else [])]
-    # Each name stands for a hidden effect of its own.
+    # Each name must belong to a different hidden effect.
     return not any(
         all(name in group for name, group in zip(names, order, strict=True))
         for order in permutations(groups(record), len(names))
@@ -126,7 +126,7 @@ def is_wrong(record: Record) -> bool:
 
 
 def n_found(record: Record) -> int:
-    """Hidden effects that the rounds name, or what is the same."""
+    """Number of hidden effects that the rounds name, themselves or by an effect that is the same."""
     result: set[int] = set()
     for number in range(len(record["rounds"])):
         names = {item["name"] for item in named(record, number)[:1]}
@@ -137,7 +137,7 @@ def n_found(record: Record) -> int:
 
 
 def table(records: Sequence[Record]) -> str:
-    """The score in words."""
+    """Score as text."""
     made = [record for record in records if record["made"]]
     by = {
         name: [record for record in made if class_of(record) == name] for name in ("nothing", "one", "two", "stranger")
@@ -177,7 +177,7 @@ def table(records: Sequence[Record]) -> str:
 
 
 def summary(record: Record) -> str:
-    """One line."""
+    """Summarise a record in one line."""
     if not record["made"]:
         return f"seed {record['seed']}: not made: {record['failure']}"
     hidden = " + ".join(f"{item['name']} (z {item['z']:.0f})" for item in record["effects"]) or "nothing"
@@ -221,7 +221,7 @@ def _cost(words: str, values: Iterable[float]) -> str:
 
 
 def _confusion(records: Sequence[Record]) -> list[str]:
-    """Kind that is hidden, and what was told of it."""
+    """Lines of the confusion matrix: hidden kinds and first named kinds or findings."""
     counts: dict[str, Counter[str]] = {}
     for record in records:
         kinds = " + ".join(sorted(kind_of(item["name"]) for item in record["effects"])) or "nothing"

@@ -1,11 +1,11 @@
-"""How clearly an effect shows in a campaign: what a fit of everything that is accepted leaves of its change.
+"""Signature z of an effect in a campaign: the change of the readings that a fit without the effect does not reproduce.
 
-The readings of the model with the effect, with the calibration parameters of the specimen and under the force of its
-tests, are fitted by the model without it. The fit may set kt, kn, mu, zeta, E and the natural frequencies of sharp
-resonances within their priors. The covariance holds noise, the frequency and the preload of the repeats, friction
-histories, the errors of the mesh that the case states and a model error of the usual size. z is the root of the
-chi-squared that is left, without the few states that have most of it: one that jumps tells where its branch ends, which
-tests do not reproduce.
+The readings of the model with the effect, with the calibration parameters of the specimen and the forces of its tests,
+are fitted by the model without the effect. The fit may set kt, kn, mu, zeta, E and the natural frequencies of sharp
+resonances within their priors. The covariance includes noise, jitter of frequency and preload, friction histories, the
+mesh errors stated in the case and a model error of the usual size. z is the square root of the remaining chi-squared,
+without the few states with the largest contributions: a state that jumps shows the end of its branch, which tests do
+not reproduce.
 """
 
 from collections.abc import Mapping
@@ -38,27 +38,28 @@ from hbsolve.errors import ModelError
 
 Vector = NDArray[np.float64]
 
-#: Deviations of the frequency of either configuration, of its force and of preloads from repeat to repeat [-].
+#: Standard deviations between repeats of the frequencies and forces of both configurations and of preloads [-].
 JITTER = (FREQUENCY_JITTER, FREQUENCY_JITTER, 0.0, 0.0, PRELOAD_JITTER)
 #: Symbols of the calibration parameters, in the order of `DEVIATION`.
 SYMBOLS = ("kt", "kn", "mu", "zeta", "E")
-#: Friction histories, as many as a diagnosis draws: readings whose scatter none of a few shows would tell too much.
+#: Number of friction histories, as in a diagnosis. With fewer, readings without scatter in any of them would have too
+#: much weight.
 N_HISTORY = 16
-#: Usual error of a model's readings [-], which no repeat makes smaller.
+#: Usual error of the readings of a model [-], which repeats do not reduce.
 READING = 1e-3
-#: Floor of a reading as a share of the noise on the largest one at the lowest level.
+#: Floor of a sensor relative to the noise of its largest reading at the lowest level [-].
 FLOOR = 0.2
-#: Least reading of a load cell that its floor is made for, as a share of the highest force [-].
+#: Smallest reading for the floor of a load cell, relative to the highest force [-].
 LEAST = 0.1
-#: Shares of a strength whose fits lead to that of the whole: what a strong effect does to a peak is seen from afar as
-#: its loss, which no small change of parameters makes good.
+#: Fractions of the strength that are fitted first: a strong effect moves a peak so far that a fit from the start does
+#: not follow it.
 WEAKER = (0.1, 0.3)
-#: Predictions of a fit at most; share of the states that do not count, those with the largest misfit [-].
+#: Largest number of predictions of a fit; fraction of the states, those with the largest misfit, that do not count [-].
 EFFORT, JUMPS = 12, 0.05
 
 
 class Signature:
-    """The signature of effects in a campaign of a layout on a model with its sensors.
+    """Signatures of effects in a campaign of a layout, for a model with its sensors.
 
     Parameters
     ----------
@@ -67,11 +68,11 @@ class Signature:
     factors
         Calibration parameters of the specimen, by the names of `DEVIATION`.
     droop
-        Share of the force that is left at each frequency of a test, by its name [-].
+        Fraction of the force that remains at each frequency of a test, by name of the test [-].
     budget
-        Errors that the case states.
+        Numerical errors stated in the case.
     random
-        Draws the friction histories.
+        Generator of the friction histories.
     """
 
     def __init__(
@@ -114,7 +115,7 @@ class Signature:
         self.specimen = unknowns.compose(np.array(values))
 
     def _floors(self, force: float) -> dict[str, float]:
-        """Absolute noise of each sensor [its unit]; load cells of contacts that are open read the floor alone."""
+        """Absolute noise of each sensor [its unit]; load cells of open contacts have only this floor."""
         lowest = self.points.level.min()
         floors = {}
         for sensor in self.layout.sensors:
@@ -128,7 +129,7 @@ class Signature:
     def _covariance(self, budget: Budget, seed: int) -> Whitening:
         value, of, n_repeat = self.base.value, self.features, self.layout.n_repeat
         floor = np.array([self.floor[name] for name in self.points.sensor.tolist()])
-        count = n_repeat * len(self.layout.ways) * 2  # every other frequency stands for two
+        count = n_repeat * len(self.layout.ways) * 2  # each predicted frequency represents two measured ones
         noise = np.hypot(self.layout.noise * np.abs(value), floor) / np.sqrt(2 * count)
         deviation = of.per_reading(value) * noise[of.row]
         there = np.isfinite(deviation)
@@ -144,7 +145,7 @@ class Signature:
         return patterns.widen(stated, ErrorSize.usual(READING))
 
     def of(self, effect: Hidden) -> float:
-        """z of an effect; 0 where the model with it has no steady states."""
+        """Signature z of an effect; 0 if the model with it has no steady states."""
         followed = self.true
         try:
             for part in WEAKER:
@@ -154,18 +155,18 @@ class Signature:
         except (ModelError, ValueError):
             return 0.0
         left = min(self._fit(measured, start)[1] for start in (np.zeros(len(self.true)), self.true, followed))
-        # Without the effect the parameters of the specimen are as far from their priors.
+        # The deviations of the specimen's parameters from their priors do not count: they exist without the effect.
         return float(np.sqrt(max(left**2 - self.true @ self.true, 0.0)))
 
     def _read(self, effect: Hidden) -> Vector:
-        """Features of the model with an effect."""
+        """Features of the specimen with an effect."""
         value = self.predictor.predict(effect.bound(self.specimen)(self.specimen), self.base).value
         late = np.array([effect.delay(name) for name in self.points.sensor.tolist()])
         turn = self.points.frequency * self.points.harmonic * late
         return self.features.of_values(value * np.exp(-2j * np.pi * turn))
 
     def _fit(self, measured: Vector, start: Vector) -> tuple[Vector, float]:
-        """Fit of these features without an effect, in standard deviations of the priors, and what it leaves as z."""
+        """Fit features without an effect; returns parameters [standard deviations of the priors] and remaining z."""
         states: dict[bytes, tuple[Model, Prediction]] = {}
 
         def at(share: Vector) -> tuple[Model, Prediction]:
@@ -193,5 +194,5 @@ class Signature:
         return result.x, float(np.sqrt(counted.sum() + result.x @ result.x))
 
     def _values(self, share: Vector) -> Vector:
-        """Values of the calibration parameters that are so many standard deviations of their priors from the case."""
+        """Values of the calibration parameters from deviations in standard deviations of their priors."""
         return self.unknowns.clipped(self.unknowns.vanishing + self.unknowns.prior * share)

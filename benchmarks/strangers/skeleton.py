@@ -1,7 +1,6 @@
-"""Bare structures: mass, stiffness and a table of degrees of freedom, from a mesh that can be refined.
+"""Skeletons: mass, stiffness and a table of degrees of freedom of structures without joints, from a refinable mesh.
 
-A skeleton that is built twice, coarse and fine, has all coarse nodes in both meshes, so that a `Spot` (body, point,
-direction) names the same motion in each.
+The fine mesh has all nodes of the coarse one, so that a `Spot` (body, point, direction) is the same motion in both.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,28 +16,28 @@ from benchmarks.strangers.element import frame_element, plate_element
 Matrix = NDArray[np.float64]
 Row = NDArray[np.float64]
 
-#: Directions of the degrees of freedom of a node of each kind of mesh.
+#: Directions of the degrees of freedom of a node of frames and plates.
 FRAME, PLATE = ("x", "z", "ry"), ("z", "rx", "ry")
-#: Points closer than this are one node [m].
+#: Distance below which two points are one node [m].
 SAME_POINT = 1e-9
 
 
 @dataclass(frozen=True)
 class Spot:
-    """A motion of a point: body, coordinates [m] and direction."""
+    """Motion of a point: body, coordinates [m] and direction."""
 
     body: str
     point: tuple[float, float, float]
     direction: str
 
 
-#: A combination of motions, weight by spot.
+#: Linear combination of motions: spots with weights.
 Motion = tuple[tuple[Spot, float], ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Skeleton:
-    """Mass and stiffness, shape (r, r), and the spot of each degree of freedom; supports are already taken out."""
+    """Mass and stiffness, shape (r, r), and spot of each degree of freedom, without supported ones."""
 
     mass: Matrix
     stiffness: Matrix
@@ -54,7 +53,7 @@ class Skeleton:
         raise LookupError(f"no degree of freedom at {spot}")
 
     def row(self, motion: Motion) -> Row:
-        """Row over the degrees of freedom, shape (r,)."""
+        """Row of a motion over the degrees of freedom, shape (r,)."""
         row = np.zeros(len(self.spots))
         for spot, weight in motion:
             row[self.number(spot)] += weight
@@ -63,14 +62,14 @@ class Skeleton:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Chain:
-    """Masses in a line that move along x, springs between pairs of them and to the ground."""
+    """Masses in a line that move along x, with springs between pairs of masses and to the ground."""
 
     masses: Sequence[float]
     springs: Mapping[tuple[int, int], float]
     grounded: Mapping[int, float]
 
     def build(self, refine: int) -> Skeleton:
-        """The same whatever the mesh: there is none."""
+        """Build the skeleton; a chain has no mesh to refine."""
         del refine
         stiffness = np.diag([self.grounded.get(number, 0.0) for number in range(len(self.masses))])
         for (one, other), spring in self.springs.items():
@@ -83,7 +82,7 @@ class Chain:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Member:
-    """A straight beam from one point to another [m] of a body, with its elements in the coarse mesh."""
+    """Straight beam of a body between two points [m], with the number of elements in the coarse mesh."""
 
     body: str
     begin: tuple[float, float, float]
@@ -93,20 +92,20 @@ class Member:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Frame:
-    """Beams in the plane x, z that are welded where their points meet.
+    """Beams in the plane x, z that are welded at common points.
 
     Parameters
     ----------
     members
         Beams.
     section
-        Axial and bending stiffness and mass of a length: EA [N], EI [N m^2], rho A [kg/m].
+        Axial stiffness EA [N], bending stiffness EI [N m^2] and mass per length rho A [kg/m].
     fixed
-        Spots that do not move; a direction "*" fixes all of the node.
+        Fixed spots; the direction "*" fixes the whole node.
     springs
         Stiffness of springs to the ground [N/m].
     axial
-        Whether the nodes move along x too.
+        Whether the nodes also move along x.
     """
 
     members: Sequence[Member]
@@ -116,7 +115,7 @@ class Frame:
     axial: bool
 
     def build(self, refine: int) -> Skeleton:
-        """Mesh with `refine` times as many elements."""
+        """Build the skeleton with `refine` times as many elements."""
         assembly = _Assembly(FRAME)
         for member in self.members:
             begin, end = np.array(member.begin), np.array(member.end)
@@ -129,20 +128,20 @@ class Frame:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plate:
-    """A rectangular plate in the plane x, y that bends.
+    """Rectangular plate in bending in the plane x, y.
 
     Parameters
     ----------
     size
         Lengths along x and y [m].
     n_element
-        Elements along them in the coarse mesh.
+        Number of elements along x and y in the coarse mesh.
     section
-        Bending stiffness [N m], Poisson's ratio [-] and mass of an area [kg/m^2].
+        Bending stiffness [N m], Poisson's ratio [-] and mass per area [kg/m^2].
     clamped
-        Axes, 0 for x and 1 for y, at whose zero the edge is clamped, between the nodes of any mesh as well.
+        Axes (0 for x, 1 for y) whose edge at zero is clamped, at the nodes of every mesh.
     springs
-        As for `Frame`.
+        Stiffness of springs to the ground [N/m].
     """
 
     size: tuple[float, float]
@@ -152,7 +151,7 @@ class Plate:
     springs: Mapping[Spot, float]
 
     def build(self, refine: int) -> Skeleton:
-        """Mesh with `refine` times as many elements along each edge."""
+        """Build the skeleton with `refine` times as many elements along each edge."""
         nx, ny = (refine * count for count in self.n_element)
         a, b = self.size[0] / nx, self.size[1] / ny
         matrices = plate_element(a, b, *self.section)
@@ -166,7 +165,7 @@ class Plate:
 
 
 class _Assembly:
-    """Adds up element matrices; nodes are known by body and point."""
+    """Assembly of element matrices; nodes are identified by body and point."""
 
     def __init__(self, directions: Sequence[str]) -> None:
         self.directions = directions
@@ -175,7 +174,7 @@ class _Assembly:
         self.elements: list[tuple[list[int], Matrix, Matrix]] = []
 
     def add(self, body: str, points: Sequence[Row], mass: Matrix, stiffness: Matrix) -> None:
-        """An element on nodes at points."""
+        """Add an element with nodes at the given points."""
         numbers: list[int] = []
         for point in points:
             key = (body, *(round(float(item), 9) for item in point))
@@ -188,7 +187,7 @@ class _Assembly:
         self.elements.append((numbers, mass, stiffness))
 
     def finish(self, fixed: Sequence[Spot], springs: Mapping[Spot, float], without: Sequence[str]) -> Skeleton:
-        """The whole, without what is fixed."""
+        """Assemble the skeleton, without fixed degrees of freedom and without some directions."""
         r = len(self.spots)
         mass, stiffness = np.zeros((r, r)), np.zeros((r, r))
         for numbers, element_mass, element_stiffness in self.elements:

@@ -1,15 +1,15 @@
-"""The specimen: a finer model with errors of its own, reduced to what its tests can see, measured by time integration.
+"""Specimen: a finer model with random deviations, reduced for its tests, which are simulated by time integration.
 
-What differs from the model, besides the hidden effects:
+Differences from the model, besides the hidden effects (standard deviations):
 
-calibration   kt and kn 3 %, mu 5 %, zeta 10 %, E 0.5 %, each one factor for the specimen (standard deviations)
-modes         each natural frequency of the structure without its contacts by an error of its own, 0.1 to 0.3 %, and
-              the damping of each of these modes, 2 to 8 %
+calibration   kt and kn 3 %, mu 5 %, zeta 10 %, E 0.5 %, each one factor for the specimen
+modes         each natural frequency of the structure without contacts 0.1 to 0.3 %, and the damping of each of these
+              modes 2 to 8 %
 mesh          twice as many elements along each edge
-repeats       preload 1 % and frequency 0.03 % for each, a friction history for each level of each
+repeats       preload 1 % and frequency 0.03 % for each repeat, a random friction history for each level of each repeat
 
-A structure of more degrees of freedom than `LARGEST` is reduced to its first modes with the contacts stuck beside its
-static deflections under the force and under each joint; sensors read displacements.
+A structure with more than `LARGEST` degrees of freedom is reduced to its first modes with the contacts stuck and its
+static deflections under the force and under the force of each joint; sensors read displacements.
 """
 
 from collections.abc import Sequence
@@ -30,15 +30,16 @@ Matrix = NDArray[np.float64]
 DEVIATION = {
     "tangential_stiffness": 0.03, "normal_stiffness": 0.03, "friction_coefficient": 0.05, "zeta": 0.10, "E": 0.005,
 }  # fmt: skip
-#: Range of the standard deviation of the errors of modal damping [-].
+#: Range of the standard deviation of modal damping [-].
 MODAL_DAMPING = (0.02, 0.08)
-#: Range of the standard deviation of the modes' errors; degrees of freedom that are not reduced; modes of a reduction.
+#: Range of the standard deviation of natural frequencies [-]; largest number of degrees of freedom without reduction;
+#: number of modes of a reduction.
 MODES, LARGEST, N_MODE = (1e-3, 3e-3), 30, 18
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Specimen:
-    """A model of what is tested, jointed and free, and what is known of its making."""
+    """Models of the tested structure, jointed and free, with the deviations from which they were made."""
 
     jointed: Model
     free: Model
@@ -46,10 +47,10 @@ class Specimen:
     mode_deviation: float
 
     def system(self, configuration: str) -> tuple[JointedSystem, dict[str, Matrix]]:
-        """Reduced system, contacts first, and the rows of its motion sensors."""
+        """Reduced system with contacts as first joints, and rows of its motion sensors."""
         model = self.free if configuration == "free" else self.jointed
         contacts = [joint for joint in model.system.joints if isinstance(joint, FrictionContact)]
-        # The bench knows the line of a contact by the first word of its name.
+        # The bench takes the first word of a contact's name as its line.
         named = [replace(joint, name=joint.name.replace(".", " ")) for joint in contacts]
         others = [joint for joint in model.system.joints if not isinstance(joint, FrictionContact)]
         rows = {item.name: item.row for item in model.sensors if isinstance(item, Sensor)}
@@ -57,7 +58,7 @@ class Specimen:
 
 
 def pressed(system: JointedSystem, ratio: float) -> JointedSystem:
-    """Preloads of all contacts, and the static load that balances them, times a ratio."""
+    """System with the preloads of all contacts, and the static load that balances them, multiplied by a ratio."""
     joints = [
         joint.with_values({"preload": ratio * joint.preload}) if isinstance(joint, FrictionContact) else joint
         for joint in system.joints
@@ -66,7 +67,7 @@ def pressed(system: JointedSystem, ratio: float) -> JointedSystem:
 
 
 def make_specimen(model: Model, random: np.random.Generator) -> Specimen:
-    """A specimen that hides nothing, from a fine model with its sensors."""
+    """Make a specimen without hidden effects from a fine model with its sensors."""
     factors = {name: float(1 + sigma * random.standard_normal()) for name, sigma in DEVIATION.items()}
     deviation = float(random.uniform(*MODES))
     system = model.system
@@ -79,7 +80,7 @@ def make_specimen(model: Model, random: np.random.Generator) -> Specimen:
         else joint
         for joint in system.joints
     ]
-    # Random numbers of their own, so that all else is as it was before damping had errors.
+    # A separate random stream, so that the errors of damping do not change the other random numbers.
     (own,) = random.spawn(1)
     errors = own.uniform(*MODAL_DAMPING) * own.standard_normal(len(squared))
     modal = np.einsum("ri,rs,si->i", shapes, system.damping, shapes)
@@ -90,7 +91,7 @@ def make_specimen(model: Model, random: np.random.Generator) -> Specimen:
 
 
 def hide(specimen: Specimen, hidden: Sequence[Hidden]) -> Specimen:
-    """The specimen with effects."""
+    """Specimen with hidden effects."""
     jointed, free = specimen.jointed, specimen.free
     for effect in hidden:
         apply = effect.bound(specimen.jointed)
@@ -99,7 +100,7 @@ def hide(specimen: Specimen, hidden: Sequence[Hidden]) -> Specimen:
 
 
 def reduced(system: JointedSystem, rows: dict[str, Matrix]) -> tuple[JointedSystem, dict[str, Matrix]]:
-    """System and rows over its first stuck modes and its static deflections."""
+    """Reduce system and rows to the first stuck modes and the static deflections."""
     if system.n_dof <= LARGEST:
         return system, rows
     stuck = stuck_stiffness(system.stiffness, system.joints)
@@ -107,7 +108,7 @@ def reduced(system: JointedSystem, rows: dict[str, Matrix]) -> tuple[JointedSyst
     loads = np.vstack([system.dynamic.real, *(joint.directions for joint in system.joints)])
     static = scipy.linalg.solve(stuck, loads.T, assume_a="pos")
     static = static - modes @ (modes.T @ system.mass @ static)
-    # Deflections that depend on each other have no mass of their own.
+    # Linear combinations of deflections without modal mass are linearly dependent and removed.
     inner = static.T @ system.mass @ static
     size, turn = scipy.linalg.eigh(inner / np.sqrt(np.outer(np.diag(inner), np.diag(inner)) + 1e-300))
     kept = size > 1e-8

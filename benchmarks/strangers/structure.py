@@ -1,15 +1,16 @@
-"""Structures by seed: chains, beams, frames, pairs of beams and plates, with contacts that slip at high levels.
+"""Random structures: chains, beams, frames, pairs of beams and plates, with contacts that slip at high levels.
 
-Ranges, fixed before the first score. Stiffness and inertia make the first free resonances 5 to 500 Hz.
+The ranges were fixed before the first score. The first free resonances are at 5 to 500 Hz.
 
 kind         chain of 4 to 20 masses; cantilever, hinged or elastically supported beam; portal or angle frame; two
              cantilevers side by side; plate clamped at one edge, at two, or on springs: 4 to about 170 degrees of
              freedom
-mode         the test is made at one of the first three resonances with its contacts stuck
-contacts     none (10 %), or 1 to 4 groups of 1 to 3, each group of one kind: a wedge to the ground, a wedge between two
-             points (of two bodies where there are two), Jenkins elements (a constant normal load), open at rest
+mode         the test is at the resonance of one of the first three modes, with the contacts stuck
+contacts     none (10 %), or 1 to 4 groups of 1 to 3, each group of one kind: wedge to the ground, wedge between two
+             points (of different bodies if there are two), Jenkins elements (constant normal load), open at rest
 stiffness    the contacts together add 5 to 35 % to the modal stiffness of the tested mode
-preload      the linear motion at the highest level would slip 1.5 to 5 times; a gap is 30 to 80 % of it
+preload      the linear motion at the highest level is 1.5 to 5 times that at the onset of slip; a gap is 30 to 80 % of
+             the linear motion
 damping      0.2 to 1.5 %, modal or Rayleigh; up to two dashpots that add up to 40 % together
 cubic        in a fifth of the structures a hardening spring of 2 to 10 % of the modal stiffness at the highest level
 """
@@ -26,14 +27,15 @@ from benchmarks.strangers.skeleton import Chain, Frame, Member, Motion, Plate, R
 
 KINDS = ("chain", "beam", "frame", "pair", "plate")
 GROUPS = ("wedge", "between", "jenkins", "open")
-#: Share of the largest motion of the tested mode above which a point can bear a contact, the drive, or a place.
+#: Smallest motion of a contact, place or drive in the tested mode, relative to the largest motion [-].
 MOVES = 0.2
-#: How far the tested resonance stands above both ends of the band that is swept, contacts stuck; and that band.
+#: Smallest ratio of the response at the tested resonance to that at both ends of the swept band, with contacts stuck;
+#: limits of the band, relative to the free and the stuck resonance [-].
 STANDS, BAND = 2.0, (0.95, 1.04)
 
 
 def draw_structure(random: np.random.Generator) -> Blueprint:
-    """A random structure whose tested resonance stands out at the drive; others are drawn again."""
+    """Draw a structure whose tested resonance is visible at the drive; others are drawn again."""
     while True:
         plan = _draw(random)
         if _stands_out(plan):
@@ -41,7 +43,7 @@ def draw_structure(random: np.random.Generator) -> Blueprint:
 
 
 def _stands_out(plan: Blueprint) -> bool:
-    """Whether the drive sees the tested resonance with all contacts that are closed stuck."""
+    """Whether the tested resonance is visible at the drive with all closed contacts stuck."""
     skeleton = plan.mesh.build(1)
     stiffness = skeleton.stiffness.astype(complex)
     for line, contacts in plan.lines.items():
@@ -78,7 +80,7 @@ def _draw(random: np.random.Generator) -> Blueprint:
 
 
 def _mesh(kind: str, random: np.random.Generator) -> tuple[Mesh, int]:
-    """Mesh of a kind, and how much finer that of the specimen is."""
+    """Draw a mesh of a kind; returns it and the refinement of the specimen's mesh."""
     if kind == "chain":
         n = int(random.integers(4, 21))
         masses, springs = log_uniform(random, 0.3, 3.0, n), log_uniform(random, 2e5, 5e6, n - 1)
@@ -137,7 +139,7 @@ def _mesh(kind: str, random: np.random.Generator) -> tuple[Mesh, int]:
 
 
 def _with_places(plan: Blueprint, skeleton: Skeleton, shape: Row, random: np.random.Generator) -> Blueprint:
-    """Three to six named translations that move, at different points; the drive is one of them."""
+    """Blueprint with three to six places: moving translations at different points, one of them the drive."""
     moving = _moving(skeleton, shape)
     chosen: list[Spot] = []
     for number in random.permutation(moving).tolist():
@@ -150,7 +152,7 @@ def _with_places(plan: Blueprint, skeleton: Skeleton, shape: Row, random: np.ran
 
 
 def _moving(skeleton: Skeleton, shape: Row) -> list[int]:
-    """Translations that move in a mode."""
+    """Numbers of the translations that move in a mode."""
     translations = [number for number, spot in enumerate(skeleton.spots) if spot.direction in "xyz"]
     largest = np.abs(shape[translations]).max()
     return [number for number in translations if abs(shape[number]) > MOVES * largest]
@@ -159,7 +161,7 @@ def _moving(skeleton: Skeleton, shape: Row) -> list[int]:
 def _with_joints(
     plan: Blueprint, skeleton: Skeleton, squared: float, shape: Row, random: np.random.Generator
 ) -> Blueprint:
-    """Contacts, a cubic spring and dashpots, as stiff and as pressed as the tested mode wants them."""
+    """Blueprint with contacts, cubic spring and dashpots, with stiffnesses and preloads from the tested mode."""
     groups = [] if random.uniform() < 0.1 else [str(item) for item in random.choice(GROUPS, int(random.integers(1, 5)))]
     share = random.uniform(0.05, 0.35) / max(len(groups), 1)
     drafts = [_draft(kind, skeleton, shape, squared * share, random) for kind in groups]
@@ -175,7 +177,7 @@ def _with_joints(
     mode = int(np.abs(shapes.T @ skeleton.mass @ shape).argmax())
     natural = float(np.sqrt(stuck_squared[mode]))
     driven = skeleton.row(((plan.places[plan.drive], 1.0),)) @ shapes[:, mode]
-    # Of the linear structure at resonance under the highest force.
+    # Motion of the linear structure at resonance under the highest force.
     motion = np.abs(shapes[:, mode] * driven) * plan.force / (2 * plan.ratio * natural**2)
     lines: dict[str, list[Contact]] = {}
     jenkins: dict[str, Jenkins] = {}
@@ -204,13 +206,13 @@ def _with_joints(
 
 
 def _moved(row: Row, shape: Row, motion: Row) -> float:
-    """Amplitude of a combination of motions in a mode whose degrees of freedom have these amplitudes."""
+    """Amplitude along a row in a mode whose degrees of freedom have the amplitudes `motion`."""
     largest = int(np.abs(shape).argmax())
     return float(abs(row @ shape) * motion[largest] / abs(shape[largest]))
 
 
 def _draft(kind: str, skeleton: Skeleton, shape: Row, modal: float, random: np.random.Generator) -> list[Contact]:
-    """A group without preloads whose springs add so much to the modal stiffness [1/s^2] of a mode."""
+    """Draw a group of contacts without preloads that adds `modal` to the modal stiffness of a mode [1/s^2]."""
     moving = [skeleton.spots[number] for number in random.permutation(_moving(skeleton, shape))]
     angle, ratio = np.deg2rad(random.uniform(15, 50)), random.uniform(0.6, 2.0)
     friction, count = random.uniform(0.2, 0.7), int(random.integers(1, 4))
@@ -246,7 +248,10 @@ def _draft(kind: str, skeleton: Skeleton, shape: Row, modal: float, random: np.r
 def _cubic(
     plan: Blueprint, skeleton: Skeleton, motion: Row, natural: float, shape: Row, random: np.random.Generator
 ) -> dict[str, tuple[str, float]]:
-    """In a fifth of the structures a hardening spring at a place, by its name; k such that 3/4 k a^2 is a share."""
+    """Hardening spring in a fifth of the structures: place and stiffness k [N/m^3] by name.
+
+    3/4 k a^2 is 2 to 10 % of the modal stiffness of the place.
+    """
     if random.uniform() > 0.2:
         return {}
     place = str(random.choice(list(plan.places)))
@@ -258,7 +263,7 @@ def _cubic(
 def _dashpots(
     plan: Blueprint, skeleton: Skeleton, natural: float, shape: Row, random: np.random.Generator
 ) -> dict[str, float]:
-    """None, one or two dampers at places, that add up to 20 % of the modal damping each."""
+    """Up to two dampers by place, each adding 5 to 20 % of the modal damping."""
     places = random.permutation(list(plan.places))[: int(random.integers(0, 3))].tolist()
     return {
         place: float(

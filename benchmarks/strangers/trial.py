@@ -1,8 +1,8 @@
-"""One campaign from seed to record: made, diagnosed as `stickslip diagnose` does it, and put down as one JSON object.
+"""Trial of one stranger: makes the campaign of a seed, diagnoses it as `stickslip diagnose` and returns a record.
 
-Thresholds are those of linear theory (`--trials 0`): a layout that nobody has seen would otherwise be diagnosed 40
-times for its thresholds alone. A structure that hides two effects is diagnosed again after each effect that was named
-and added (`stickslip add`; of several that the data cannot tell apart, the first), at most `ROUNDS` times.
+Thresholds are those of linear theory (`--trials 0`), because the thresholds of an unknown layout would take 40 further
+diagnoses. A structure with two hidden effects is diagnosed again after the named effect was added (`stickslip add`; of
+several that the data cannot separate, the first), with at most `ROUNDS` diagnoses.
 """
 
 import tempfile
@@ -27,21 +27,22 @@ from diagnosis.unknown_force import compute_excess_gain
 from study.diagnose.add import add
 from study.diagnose.run import diagnose_file
 
-#: Processor time of one diagnosis [s]; |cos| from which on two effects do the same; rounds; gains that are kept.
+#: Largest processor time of one diagnosis [s]; |cos| above which two effects are the same; largest number of rounds;
+#: largest number of recorded gains.
 LIMIT, SAME, ROUNDS, MOST = 300.0, 0.95, 3, 10
 
 
 def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, Any]:
-    """The record of a seed; whatever goes wrong is told in it.
+    """Make the record of a seed; an exception becomes its "failure".
 
     Parameters
     ----------
     seed
-        Which.
+        Seed of the stranger.
     keep
-        Folder for case and campaign, in a folder of the seed; they are deleted by default.
+        Folder for case and campaign, in a subfolder of the seed; they are deleted by default.
     trials
-        Simulated campaigns for the thresholds, as of the command.
+        Number of simulated campaigns for the thresholds, as in `stickslip diagnose`.
     """
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) if keep is None else keep / str(seed)
@@ -76,7 +77,7 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
 
 
 def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> dict[str, Any]:
-    """What one diagnosis says, how clearly it sees the hidden effects, and which ones it could not tell from them."""
+    """Record of one diagnosis, with the visibility of the hidden effects and the effects inseparable from them."""
     verdict, before, hidden = diagnosis.verdict, diagnosis.baseline, [item.name for item in effects]
     detectable = {score.effect.name: score.detectable for score in diagnosis.scores}
     directions = {score.effect.name: score.direction for score in diagnosis.scores}
@@ -112,7 +113,7 @@ def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> di
 
 
 def _measure_change(arrangement: Arrangement, effect: Hidden) -> float:
-    """Whitened change by an effect that the catalogue lacks, calibration parameters projected out [-]."""
+    """Norm of the whitened change by an effect that the catalogue lacks, calibration parameters projected out [-]."""
     train, fit, whole = arrangement.train, arrangement.fit, arrangement.fit.residual
     prediction = train.predict(effect.bound(fit.model)(fit.model))
     there = train.has_prediction(prediction) & train.has_prediction(fit.prediction)
@@ -135,7 +136,7 @@ def _fitted(refit: Refit) -> dict[str, Any]:
 
 
 def _judged(refit: Refit) -> dict[str, Any]:
-    """How well a fit describes training and held-out data: by the model error of its own, by noise, and in per cent."""
+    """Quality of a fit on training and held-out data: chi-squared with and without model error, and relative error."""
     return {
         "chi2": float(refit.fit.chi2 / refit.fit.n_number),
         "held_chi2": float(refit.held_out_reduced_chi2),
