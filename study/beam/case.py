@@ -1,10 +1,10 @@
 """The beam of the virtual test bench as a case: ``beam.npz`` with its matrices and rows, ``beam.toml`` with the rest.
 
-``beam_finer.npz`` and ``beam_finer.toml`` are the same with twice the elements and more harmonics: what that changes is
-the numerical error. The three contacts of a line are those of the drawing, so that no other rule shares the line.
+``beam_finer.npz`` and ``beam_finer.toml`` have twice the elements and more harmonics: the difference of the responses
+is the numerical error. The drawing has exactly three contacts per line: their shares of the line have no error.
 
-``python -m study.beam.case FOLDER`` writes all four, with ``--campaign SEED`` measurements too: of a specimen on the
-virtual test bench that hides an effect drawn by the seed.
+``python -m study.beam.case FOLDER`` writes all four files; ``--campaign SEED`` adds measurements of a specimen on the
+virtual test bench with a hidden effect drawn by the seed.
 """
 
 import argparse
@@ -27,9 +27,9 @@ from study.beam.model import (
     beam_model,
 )
 
-#: Elements of the shipped beam: f1 is right within 1e-5.
+#: Elements of the shipped beam; the relative error of f1 is below 1e-5.
 N_ELEMENT = 24
-#: H + 1 of the beam, and of the finer one.
+#: Number of harmonics including the static one, H + 1, of the beam and of the finer beam.
 N_HARMONIC = (8, 12)
 NAME, FINER = "beam", "beam_finer"
 HEAD = f"""\
@@ -53,16 +53,16 @@ kind = "plain"
 
 
 def write_beam_case(folder: Path | str) -> Path:
-    """Write ``beam.toml``, ``beam.npz`` and the finer ones.
+    """Write ``beam.toml`` and ``beam.npz``, and both files of the finer beam.
 
     Parameters
     ----------
     folder
-        An existing one.
+        Existing folder.
 
     Returns
     -------
-    The case file.
+    Path of ``beam.toml``.
     """
     folder = Path(folder)
     for name, factor, n_harmonic in zip((NAME, FINER), (1, 2), N_HARMONIC, strict=True):
@@ -92,7 +92,7 @@ def _list_arrays(model: Model) -> dict[str, np.ndarray]:
 
 
 def _find_node(model: Model, place: str) -> int | None:
-    """Node that a place is at; none if it lies within an element."""
+    """Node at a place; None if the place lies within an element."""
     row = model.places[place]
     dof = int(np.abs(row).argmax())
     return model.dofs[dof].node if np.abs(row).sum() - 1 < 1e-9 else None
@@ -121,7 +121,7 @@ def _format_case(model: Model, file: str) -> str:
             f'preload = "{PRELOAD:g} N"\n{gap}balanced_preload = true\npressed_by = "screw"\n'
         )
     tables.append('[[load]] # 1 N; the level of a test scales it\nplace = "excitation"\n')
-    if file == NAME:  # the finer case is there for its structure alone
+    if file == NAME:  # the finer case only provides a structure
         tables.append(
             "[accepted] # prior standard deviations of the values of the drawing, relative\n"
             'kt = "10 %"\nkn = "10 %"\nmu = "10 %"\nzeta = "20 %"\nE = "1 %"\n'
@@ -143,7 +143,7 @@ def _format_case(model: Model, file: str) -> str:
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """Write what the command line asks for."""
+    """Write the case and, if requested, a campaign, from the command line."""
     parser = argparse.ArgumentParser(
         prog="python -m study.beam.case", description="The beam of the virtual test bench."
     )

@@ -1,7 +1,7 @@
-"""The beam of the virtual test bench as an engineer would model it: few elements, three contact stations per line.
+"""Engineering model of the beam of the virtual test bench: few elements, three contact stations per line.
 
-A cantilever in plane bending (Hermite elements) between two inclined contact flanks; drawing and numbers are those that
-`transient.virtual_bench.beam` builds its specimen from, in a discretisation of its own.
+The beam is a cantilever in plane bending (Hermite elements) between two inclined contact flanks. Drawing and numbers
+are those of the specimen in `transient.virtual_bench.beam`, which has another discretisation.
 """
 
 from math import pi, sqrt
@@ -20,24 +20,24 @@ Matrix = Float[NDArray[np.float64], "r r"]
 LENGTH, WIDTH, THICKNESS = 0.30, 0.020, 0.010
 YOUNGS_MODULUS, DENSITY, DAMPING_RATIO = 205e9, 7850.0, 4e-3
 PLACES = {"tip": 0.30, "slot": 0.21, "excitation": 0.18, "mid": 0.10}
-#: Where both contact lines begin and end [m], the inclination of their flanks, and their signs.
+#: Start and end of both contact lines [m], inclination of their flanks [rad], and their signs.
 LINE_ENDS, FLANK_ANGLE, SIDES = (0.20, 0.22), pi / 6, {"left": 1.0, "right": -1.0}
 TANGENTIAL_STIFFNESS, NORMAL_STIFFNESS, FRICTION_COEFFICIENT, PRELOAD = 3e6, 4e6, 0.5, 24.0
-#: Of the right line at its last station [m]; it grows from none at the first.
+#: Gap of the right line at its last station [m]; it grows linearly from zero at the first.
 GAP = 1e-6
 
 
 def beam_model(n_element: int = 12, n_station: int = 3, n_harmonic: int = 8) -> Model:
-    """The beam with its sensors.
+    """Model of the beam with its sensors.
 
     Parameters
     ----------
     n_element
-        Elements of equal length [-].
+        Number of elements of equal length [-].
     n_station
-        Contacts per line, odd [-].
+        Number of contacts per line, odd [-].
     n_harmonic
-        H + 1 [-].
+        Number of harmonics including the static one, H + 1 [-].
     """
     mass, stiffness = _assemble_matrices(n_element)
     r = len(mass)
@@ -118,7 +118,7 @@ def _make_rows(x: float, n: int) -> tuple[Row, Row]:
 
 
 def _make_line(line: str, n_element: int, n_station: int) -> list[FrictionContact]:
-    """Contacts of one line: shares by Simpson's rule, which keeps the line's moment of inertia."""
+    """Contacts of one line; weights by Simpson's rule preserve the second moment of its stiffness distribution."""
     weights = np.array([1.0, 4.0, *([2.0, 4.0] * (n_station // 2 - 1)), 1.0])
     side, sine, cosine = SIDES[line], 0.5, sqrt(3) / 2
     height = side * THICKNESS / 2

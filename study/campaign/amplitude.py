@@ -1,4 +1,4 @@
-"""What amplitudes are, peak, rms or peak to peak, where units, names or texts of a file say it."""
+"""Convention of amplitudes (peak, rms or peak to peak), from units, names and texts of a file."""
 
 import re
 from collections.abc import Sequence
@@ -12,14 +12,14 @@ from study.campaign.question import Marked
 from study.campaign.table_kind import JudgedTable, Kind
 
 CONVENTIONS = ("peak", "rms", "peak to peak")
-#: An average of spectra may be called rms, which says nothing of its amplitudes.
+#: Words of averaging: an rms average of spectra does not determine the convention of their amplitudes.
 AVERAGED = re.compile(r"averag|mittel|mean", re.IGNORECASE)
-#: Of what a text speaks that says what amplitudes are.
+#: Topics of a text from which the convention of amplitudes is read.
 OF_AMPLITUDES = re.compile(r"amplitude|scal|skal|spectr|spektr|detect|format|line \d", re.IGNORECASE)
 
 
 def find_said_amplitude(judged: JudgedTable, column: Column) -> str:
-    """What the amplitudes of a column are by its unit, its name or the texts beside it; empty if none says it."""
+    """Convention of the amplitudes of a column by its unit, its name or the texts of the file; empty if not stated."""
     label = column.label or column.name
     in_units = [column.unit_label, find_unit(label).unit, find_suffix(label)[0].replace("_", " ")]
     by_label = next(
@@ -32,21 +32,22 @@ def find_said_amplitude(judged: JudgedTable, column: Column) -> str:
     return result.pop() if len(result) == 1 else ""
 
 
-@cache  # a file may have thousands of texts, which stand beside each of its columns
+@cache  # a file may have thousands of texts, which are read for each of its columns
 def _find_in_text(text: str) -> str:
-    """What amplitudes are by a text that speaks of them; empty if it says none."""
+    """Convention of amplitudes stated in a text on them; empty if not stated."""
     return find_amplitude_in_words(text) if OF_AMPLITUDES.search(text) and not AVERAGED.search(text) else ""
 
 
 def draft_amplitude(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> str | Marked:
-    """What all amplitudes of stepped sines are; a column that says another thing states it in its own entry.
+    """Convention of the amplitudes of all stepped sines; a column with another convention has it in its own entry.
 
-    The word of the force holds for columns without one. Without any the answer is asked for.
+    The convention of the force applies to columns without a stated one. If none or several are stated for the force,
+    the user is asked.
 
     Parameters
     ----------
     draft
-        Draft that asks.
+        Draft, for questions.
     tables
         Stepped sines, steady states and frequency responses.
     """
@@ -70,7 +71,7 @@ def draft_amplitude(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> str 
 
 
 def own_amplitude(draft: ManifestDraft, judged: JudgedTable, column: Column) -> dict[str, str]:
-    """The entry of a column whose amplitudes are others than those of the campaign; empty for most."""
+    """Entry of a column for its amplitudes, if their convention differs from that of the campaign; else empty."""
     convention = draft.single.get("convention", {}).get("amplitude", "peak")
     common = convention.value if isinstance(convention, Marked) else convention
     kind = find_said_amplitude(judged, column)

@@ -1,4 +1,4 @@
-"""Sets of channels in arrays: the axis that is as long as a vector of levels, or as the force, tells them."""
+"""Sets of channels in arrays, by the axis with the length of the vector of levels or of the force."""
 
 import re
 from collections.abc import Mapping
@@ -15,14 +15,14 @@ INDEX = re.compile(r"[(\[]([\d,:]*\d[\d,:]*)[)\]]$")
 #: Names of vectors of levels.
 LEVELS = WORDS[Role.LEVEL] | {"force", "forces", "amplitude", "amplitudes", "loads", "stufen"}
 
-#: Formats whose columns may be those of arrays.
+#: Formats whose columns may come from arrays.
 OF_ARRAYS = {"hdf5", "matlab 5", "matlab 7.3"}
 
 Places = dict[str, tuple[int, ...]]
 
 
 def find_sets_by_array(table: MeasuredTable) -> ChannelSets | None:
-    """Sets by the index of arrays, where an axis is that of levels; of two axes that may be it, neither counts.
+    """Sets of channels by the index along the axis of levels; arrays with several axes of that length are not used.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def _mark(
     sets: ChannelSets, name: str, array: str, place: tuple[int, ...], axis: int, which: int,
     levels: tuple[str, np.ndarray] | None,
 ) -> None:  # fmt: skip
-    """Set of a column by its place along the axis of levels."""
+    """Add a column to the set of its index along the axis of levels."""
     short = array.rpartition("/")[2].rpartition(".")[2]
     rest = [str(one) for number, one in enumerate(place) if number != axis]
     sets.names[name] = f"{short}[{','.join(rest)}]" if rest else short
@@ -75,7 +75,7 @@ def _mark(
 
 
 def _find_levels(table: MeasuredTable) -> tuple[str, np.ndarray] | None:
-    """Name and values of the vector of levels beside a table; None without one, or with several."""
+    """Name and values of the vector of levels in the same group as a table; None for none or several."""
     vectors = [
         (_with_unit(column.name.rpartition("/")[2].rpartition(".")[2], column.unit), column.values)
         for column in table.file.columns
@@ -92,7 +92,7 @@ def _find_levels(table: MeasuredTable) -> tuple[str, np.ndarray] | None:
 
 
 def _with_unit(name: str, unit: str) -> str:
-    """Name of a number with its unit, as in "level_N"."""
+    """Name of a number with its unit, such as "level_N"."""
     return name if not unit or name.endswith(f"_{unit}") else f"{name}_{unit}"
 
 
@@ -103,7 +103,7 @@ def _stands_beside(column: Column, table: MeasuredTable) -> bool:
 
 
 def _turns(table: MeasuredTable) -> bool:
-    """Whether frequencies go back: levels may then be those of passes below each other."""
+    """Whether the frequency changes direction: a vector of levels may then belong to successive passes."""
     frequency = next((one.values for one in table.columns if find_role(table, one) is Role.FREQUENCY), None)
     return frequency is not None and len({*np.sign(np.diff(frequency.real)).tolist()} - {0.0}) > 1
 

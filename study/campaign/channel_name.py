@@ -1,4 +1,4 @@
-"""Channels that only the name of their file or group tells, such as ``acc_tip.wav``: named by what differs there."""
+"""Names of channels that only their file or group names, such as ``acc_tip.wav``: the words that differ there."""
 
 import re
 from collections.abc import Sequence
@@ -10,12 +10,12 @@ from study.campaign.run_name import LEVEL_IN_NAME, OF_A_RUN, PLACE
 from study.campaign.table import make_file_stem
 from study.campaign.table_kind import OF_FILE, JudgedTable, Kind
 
-#: Name of a channel that has none.
+#: Name given to a channel without a name.
 NUMBERED = re.compile(r"channel \d+")
 
 
 def name_channels(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
-    """The same tables, with the words in which names of files differ as those of their channels.
+    """Name channels by the words in which the names of their files or groups differ; other tables are unchanged.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def name_channels(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
 
 
 def _is_of_file(judged: JudgedTable, column: str) -> bool:
-    """Whether only the name of its file tells a channel: what it measures, or, of the one channel of a decay, where."""
+    """Whether only the name of the file states the quantity of a channel, or the place of the only channel."""
     guess = judged.columns[column]
     if guess.role is not Role.RESPONSE:
         return False
@@ -48,26 +48,26 @@ def _is_of_file(judged: JudgedTable, column: str) -> bool:
 
 
 def _names_a_place(judged: JudgedTable, column: str) -> bool:
-    """Whether the name of a file says where the sensor is, and that of its channel does not: "acc_tip_3N.csv"."""
+    """Whether the name of a file states the place of the sensor, "acc_tip_3N.csv", and that of its channel does not."""
     stem = {*judged.columns[column].stem.split()}
     return stem <= set().union(*MOTION_WORDS.values()) and any(PLACE.fullmatch(word) for word in _split_names(judged))
 
 
 def _list_words(judged: JudgedTable) -> list[str]:
-    """Words of the names of a file and a group that may be those of a sensor: places, or any of a nameless channel."""
+    """Words of the names of a file and a group that may name a sensor: places, or all words for a nameless channel."""
     of_file = any(one.evidence.startswith(OF_FILE) or NUMBERED.fullmatch(name) for name, one in judged.columns.items())
     parts = [part for part in _split_names(judged) if of_file or PLACE.fullmatch(part)]
     return [" ".join(name_words(part)) for part in parts]
 
 
 def _split_names(judged: JudgedTable) -> list[str]:
-    """Words of the names of a file and a group that tell no run."""
+    """Words of the names of a file and a group that do not identify a run."""
     whole = LEVEL_IN_NAME.sub("", f"{make_file_stem(judged.table.file.path.name)} {judged.table.path}")
     return [part for part in re.split(r"[\W_]+", whole) if not OF_A_RUN.fullmatch(part)]
 
 
 def _rename_channels(judged: JudgedTable, words: Sequence[str]) -> JudgedTable:
-    """A table whose channels, and their phases, are called by some words."""
+    """Table whose channels, and their phases, are named by some words."""
     stems = {guess.stem for name, guess in judged.columns.items() if _is_of_file(judged, name)}
     if not words or not stems:
         return judged

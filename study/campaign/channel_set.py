@@ -1,8 +1,8 @@
-"""Sets of channels beside each other in one table, such as levels in columns of their own: a table for each set.
+"""Sets of channels in one table, such as one column per level: the table is split into one table per set.
 
-Where a table has a channel several times, names, texts of datasets, the axis of an array that is as long as a vector
-of levels, or the order of the channels tell the sets. A channel of which nothing tells the set is left out by name:
-with the force or the frequencies of another set it would be wrong by a factor.
+If a table has a channel several times, the sets follow from names, texts of datasets, the axis of an array with the
+length of a vector of levels, or the order of the channels. A channel of an unknown set is left out by name: with the
+force or the frequencies of another set it would be wrong by a factor.
 """
 
 import re
@@ -26,9 +26,9 @@ from study.campaign.run_name import (
 )
 from study.campaign.table import MeasuredTable
 
-#: Columns that hold for all sets beside them, and those that belong to one set alone.
+#: Roles of columns that apply to all sets of a table.
 SHARED = {Role.FREQUENCY, Role.TIME, Role.LEVEL, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC, Role.SENSOR}
-#: Name of a column that stands there once more: `make_unique_names`.
+#: Suffix of a repeated column name, from `make_unique_names`.
 AGAIN = re.compile(r" \((\d+)\)$")
 REMEDY = "write its run by hand as [[run]], or add the set to its name"
 
@@ -40,13 +40,13 @@ class ChannelSets:
     Parameters
     ----------
     marks
-        Words that tell the set of each column, by its name; a column without any stands beside all sets.
+        Words that identify the set of each column, by the name of the column; a column without mark is in all sets.
     names
         Short names of channels without these words, by the names of their columns.
     lost
-        Why some columns belong to no set that is known, by their names.
+        Reasons why the set of some columns is not known, by their names.
     scalars
-        Numbers of each set, by its words.
+        Numbers of each set, by its mark.
     """
 
     marks: dict[str, str]
@@ -59,18 +59,18 @@ Finder = Callable[[MeasuredTable], ChannelSets | None]
 
 
 def split_sets(table: MeasuredTable, finders: Iterable[Finder]) -> tuple[list[MeasuredTable], list[str]]:
-    """Tables of the sets of channels that stand beside each other in one table.
+    """Split a table into one table per set of channels.
 
     Parameters
     ----------
     table
         Table.
     finders
-        Ways to tell the sets; the first that finds several counts.
+        Functions that find sets; the first that returns a result is used.
 
     Returns
     -------
-    A table for each set, and which columns are not used, one sentence each.
+    Table of each set, and one sentence on each column that is not used.
     """
     sets = next((result for find in finders if (result := find(table)) is not None), None)
     if sets is None:
@@ -107,29 +107,29 @@ def split_sets(table: MeasuredTable, finders: Iterable[Finder]) -> tuple[list[Me
 
 
 def find_role(table: MeasuredTable, column: Column, names: Mapping[str, str] | None = None) -> Role:
-    """Role of a column by itself."""
+    """Role of a column, judged without its table."""
     return recognise_column(column, (names or {}).get(column.name) or table.short_name(column)).role
 
 
 def is_response(role: Role) -> bool:
-    """Whether a column is a response, or may be one since nothing is known of it."""
+    """Whether a column is a response, or is not recognised and may be one."""
     return role in {Role.RESPONSE, Role.OTHER}
 
 
 def read_harmonic(mark: str) -> int | None:
-    """Number of the harmonic in the words of a set; None without one."""
+    """Number of the harmonic in the mark of a set; None without one."""
     match = HARMONIC_IN_NAME.fullmatch(mark)
     return int(match[1]) if match else None
 
 
 def find_sets_by_name(table: MeasuredTable) -> ChannelSets | None:
-    """Sets by words of the names of columns: "A_1N" and "A_3N", "tip run1" and "tip run2", "tip up" and "tip down"."""
+    """Sets by words in the names of columns: "A_1N" and "A_3N", "tip run1" and "tip run2", "tip up" and "tip down"."""
     splits = {one.name: _split_run(table, one) for one in table.columns if one.response is None}
     return _make_sets(table, splits) or find_sets_by_quantity(table)
 
 
 def find_sets_by_quantity(table: MeasuredTable) -> ChannelSets | None:
-    """Sets by a number with another unit, "Acc 1000rpm": it may be a place, unless each set has a force."""
+    """Sets by a number with another unit than a level, "Acc 1000rpm", if each has a force: else it may be a place."""
     splits = {
         one.name: split_name(table.short_name(one), QUANTITY_OF_COLUMN) for one in table.columns if one.response is None
     }
@@ -145,14 +145,14 @@ def _split_run(table: MeasuredTable, column: Column) -> tuple[str, str]:
     name = table.short_name(column)
     if split_label(LEVEL_BESIDE_UNIT.sub("", name))[1]:
         return split_name(name, *OF_COLUMN, LEVEL_BESIDE_UNIT)
-    # Beside a row of units "Acc 1 g" may be channel 1.
+    # With a separate row of units, "Acc 1 g" may be channel 1.
     if column.unit_label and (not split_label(name)[1] or find_role(table, column) is Role.FORCE):
         return split_name(name, *OF_COLUMN, LEVEL_BESIDE_UNIT, has_unit=False)
     return split_name(name, *OF_COLUMN)
 
 
 def find_sets_by_harmonic(table: MeasuredTable) -> ChannelSets | None:
-    """Harmonics of responses in columns of their own: "tip H1" and "tip H3"; H1 of a ratio is an estimator."""
+    """Sets by the harmonics of responses, one column each: "tip H1" and "tip H3"; H1 of a ratio is an estimator."""
     splits = {
         one.name: split_name(table.short_name(one), HARMONIC_IN_NAME) for one in table.columns if one.response is None
     }
@@ -165,13 +165,13 @@ def find_sets_by_harmonic(table: MeasuredTable) -> ChannelSets | None:
         return None
     sets = _make_sets(table, {name: one for name, one in splits.items() if roles[name] is not Role.FORCE})
     numbers = {read_harmonic(mark) for mark in sets.marks.values() if mark} if sets else set()
-    # H1 and H2 alone may be estimators, unless the force was measured beside motions.
+    # H1 and H2 alone may be estimators, unless the table has a force.
     are_harmonics = 1 in numbers and (max(n or 0 for n in numbers) > 2 or Role.FORCE in roles.values())
     return sets if are_harmonics else None
 
 
 def find_sets_by_abscissa(table: MeasuredTable) -> ChannelSets | None:
-    """Sets behind times or frequencies of their own, as many columns behind each: "f1, A1, f2, A2"."""
+    """Sets with a time or frequency column each, followed by equal numbers of columns: "f1, A1, f2, A2"."""
     places = [place for place, one in enumerate(table.columns) if _is_abscissa(table, one)]
     if len(places) < 2 or places[0] != 0 or any(one.abscissa or one.response for one in table.columns):
         return None
@@ -187,14 +187,14 @@ def find_sets_by_abscissa(table: MeasuredTable) -> ChannelSets | None:
 
 
 def _is_abscissa(table: MeasuredTable, column: Column) -> bool:
-    """Whether a column is a time or a frequency, judged by its values only if its unit or name may be of one."""
+    """Whether a column is a time or a frequency by its role, and its unit or a word of its name is that of one."""
     words = {*name_words(table.short_name(column))}
     may_be = OF_UNIT.get(column.unit) in {"time", "frequency"} or words & (WORDS[Role.TIME] | WORDS[Role.FREQUENCY])
     return bool(may_be) and find_role(table, column) in {Role.TIME, Role.FREQUENCY}
 
 
 def find_sets_by_header(table: MeasuredTable) -> ChannelSets | None:
-    """Sets whose columns have one header each, with a force in each: "Force, Amp, Force, Amp"."""
+    """Sets of columns with repeated headers, with a force in each set: "Force, Amp, Force, Amp"."""
     names = {column.name for column in table.columns}
     channels = {one.name: AGAIN.sub("", one.name) for one in table.columns}
     channels = {name: channel if channel in names else name for name, channel in channels.items()}
@@ -217,7 +217,7 @@ def find_sets_by_header(table: MeasuredTable) -> ChannelSets | None:
 
 
 def number_sets(channels: Mapping[str, Hashable]) -> dict[str, str]:
-    """Set of each column by how many columns of its channel stand before it: "set 1" for the first."""
+    """Mark of each column by its number among the columns of its channel: "set 1" for the first."""
     counts: Counter[Hashable] = Counter()
     marks = {}
     for name, channel in channels.items():
@@ -227,7 +227,7 @@ def number_sets(channels: Mapping[str, Hashable]) -> dict[str, str]:
 
 
 def _make_sets(table: MeasuredTable, marked: Mapping[str, tuple[str, str]]) -> ChannelSets | None:
-    """Sets by names and words of columns, if a response has several words; None if none has."""
+    """Sets from the channel and mark of each column; None unless a response has several marks."""
     result: dict[str, set[str]] = {}
     for channel, mark in marked.values():
         result.setdefault(channel, set()).update([mark] if mark else [])
@@ -249,7 +249,7 @@ def _make_sets(table: MeasuredTable, marked: Mapping[str, tuple[str, str]]) -> C
 
 
 def _find_columns_below(table: MeasuredTable, named: Mapping[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
-    """Headers and sets of columns of one header, one in each set, as below the merged cell of a spreadsheet."""
+    """Channel and mark of columns with equal headers, one in each set, as below a merged cell of a spreadsheet."""
     names = {column.name for column in table.columns}
     alike: dict[str, list[str]] = {}
     for column in table.columns:

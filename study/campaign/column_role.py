@@ -1,4 +1,4 @@
-"""What a column is, judged from the file, its unit, its name and its values."""
+"""Role of a column, judged from the file, its unit, its name and its values."""
 
 import re
 import unicodedata
@@ -18,7 +18,7 @@ from study.campaign.unknown_unit import find_unknown_unit, says_counts, says_str
 
 
 class Role(Enum):
-    """What a column stands for."""
+    """Role of a column in its table."""
 
     FREQUENCY = "frequency"
     TIME = "time"
@@ -39,7 +39,7 @@ class Role(Enum):
 
 
 class ComplexPart(Enum):
-    """Which part of a complex number a column has."""
+    """Part of a complex number that a column contains."""
 
     VALUE = "value"
     AMPLITUDE = "amplitude"
@@ -54,19 +54,19 @@ class Recognised:
     Parameters
     ----------
     role
-        What it stands for.
+        Role of the column.
     part
         Part of a complex number.
     quantity
-        "displacement", "velocity", "acceleration", "force", "voltage", "strain"; empty if it is unknown.
+        Quantity, such as "displacement", "velocity", "acceleration", "force", "voltage", "strain"; empty if unknown.
     unit
-        Unit; empty if it is unknown.
+        Unit; empty if unknown.
     evidence
-        Why, in words.
+        Reason of the judgement, in words.
     stem
-        Words of its name that tell it from other columns of its role.
+        Words of its name that distinguish it from other columns of its role.
     assumed
-        Whether a name alone says the quantity, and nothing its unit.
+        Whether quantity or unit are assumed, such as from a name without a unit.
     """
 
     role: Role
@@ -111,15 +111,15 @@ PARTS = {
     ComplexPart.REAL: frozenset(["real", "re", "realteil"]),
     ComplexPart.IMAGINARY: frozenset(["imag", "imaginary", "im", "imaginärteil", "imaginaerteil"]),
 }
-#: Words that say what an amplitude is.
+#: Words for the convention of an amplitude.
 OF_AMPLITUDE = frozenset(["rms", "pk", "pp"])
 #: Names of ratios to a force.
 RATIOS = frozenset(["frf", "h", "tf", "receptance", "mobility", "accelerance", "inertance", "compliance", "hfrf"])
-#: Names of a force, in newtons where no unit says otherwise; "drive" or "shaker" may as well be a voltage.
+#: Names of a force, in newtons unless a unit is given; "drive" or "shaker" may also be a voltage.
 FORCE_WORDS = FORCE_QUANTITY | {"hammer", "impact"}
-#: The letter of a force: F, Fx, F1, F_amp. By itself, "F" may also be a frequency.
+#: Symbol of a force: F, Fx, F1, F_amp. "F" alone may also be a frequency.
 FORCE_SYMBOL = re.compile(r"F(?:[xyz]|_?\d+)?(?![A-Za-z])")
-#: The small letter of a force, which is that of a frequency unless some values are negative.
+#: Lower-case symbol of a force; it is that of a frequency unless some values are negative.
 SMALL_FORCE_SYMBOL = re.compile(r"f(?:[xyz]|_?\d+)?(?![A-Za-z])")
 #: Names of a pressure, as of a microphone.
 PRESSURE_WORDS = frozenset(
@@ -127,7 +127,7 @@ PRESSURE_WORDS = frozenset(
 )
 #: Names of a temperature, as of a thermocouple.
 TEMPERATURE_WORDS = frozenset(["temperature", "temp", "temperatur", "thermocouple", "thermoelement"])
-#: Names of the spectrum of one or two channels, which is no ratio of them.
+#: Names of the spectrum of one or two channels, which is not a frequency response.
 SPECTRUM_WORDS = frozenset(
     [
         "fft",
@@ -146,11 +146,11 @@ SPECTRUM_WORDS = frozenset(
         "cpsd",
     ]
 )
-#: Names of what scatters about a mean.
+#: Names of the scatter of another column.
 SPREAD_WORDS = frozenset(
     ["std", "stddev", "stdev", "sd", "sigma", "deviation", "uncertainty", "error", "err", "variance", "streuung"]
 )
-#: Names of a voltage that drives a shaker or is meant to.
+#: Names of a voltage that drives a shaker, or of its set point.
 DRIVE_WORDS = frozenset(
     [
         "voltage",
@@ -169,22 +169,22 @@ DRIVE_WORDS = frozenset(
 LOAD_CELL_NAME = re.compile(r"(?:R|LC|load[ _]?cell)[ _]?[1-9](?![0-9])", re.IGNORECASE)
 #: A ratio to a force or voltage, such as (m/s^2)/N.
 RATIO = re.compile(r"\(?(.+?)\)?/\(?(m?N|kN|lbf|kgf|V)\)?")
-#: Place of a channel in an array: H(:,2), acc[0].
+#: Index of a channel in an array: H(:,2), acc[0].
 INDEX = re.compile(r"[(\[](?::,)?(\d+)[,\d]*(?:,:)?[)\]]$")
-#: What a column is a part of, in brackets: "H (Real)", "Signal 2 (Imag.)", "tip (phase)".
+#: Part of a complex number in brackets: "H (Real)", "Signal 2 (Imag.)", "tip (phase)".
 IN_BRACKETS = re.compile(
     rf"[\[(]\s*({'|'.join([*sorted(frozenset().union(*PARTS.values())), 'phase', 'phas'])})\.?\s*[\])]", re.IGNORECASE
 )
-#: How the evidence of the parts of a lock-in amplifier ends.
+#: End of the evidence of the parts of a lock-in amplifier.
 QUADRATURE = "are signed: in phase, and in quadrature"
-#: Why a column is not used though it is a channel.
+#: Reasons why a channel is not used.
 NO_VALUE, UNKNOWN_UNIT = "it has no value in any row", "unknown unit"
-#: Roles by a name that need no unit; of a phase the range tells it.
+#: Roles recognised by name whose columns need no unit.
 WITHOUT_UNIT = {Role.COHERENCE, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC}
 
 
 def recognise_column(column: Column, name: str) -> Recognised:
-    """Role, part, quantity and unit of one column by itself.
+    """Recognise role, part, quantity and unit of one column without its table.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def recognise_column(column: Column, name: str) -> Recognised:
         return Recognised(
             role=Role.RESPONSE, part=part, quantity=STRAIN, unit=STRAIN, evidence="its unit is a strain", stem=stem
         )
-    # A sensor in counts has a sensitivity; a force or a time in counts is of no use.
+    # A sensor in counts gets a sensitivity; a force or a time in counts cannot be used.
     in_counts = by_name is None and says_counts(column, name)
     if by_name not in WITHOUT_UNIT and not in_counts and (foreign := find_unknown_unit(column, name)):
         return Recognised(role=Role.OTHER, evidence=f'{UNKNOWN_UNIT} "{foreign}"', stem=stem)
@@ -245,7 +245,7 @@ def recognise_column(column: Column, name: str) -> Recognised:
         return Recognised(
             role=Role.FORCE, part=part, quantity=quantity or "force", unit=unit, evidence=evidence, stem=stem
         )
-    # A letter in the name of a channel with a point, such as "58 #2 1Z+/1Z+", is its direction.
+    # A single letter in the name of a channel with a point, such as "58 #2 1Z+/1Z+", is its direction.
     telling = {word for word in words if column.response is None or len(word) > 1}
     named = next((motion for motion in MOTIONS if telling & MOTION_WORDS[motion]), "")
     if set(words) & {"base", "table", "ground"} and "acceleration" in {quantity, named}:
@@ -266,7 +266,7 @@ def recognise_column(column: Column, name: str) -> Recognised:
 
 
 def recognise_force_symbol(column: Column, name: str) -> Recognised | None:
-    """A column without a unit that is called F, Fx, F_amp as a force, with negative values also f; None for others.
+    """Recognise a column named F, Fx, F_amp as a force, also f if it has negative values; None for others.
 
     Parameters
     ----------
@@ -282,7 +282,7 @@ def recognise_force_symbol(column: Column, name: str) -> Recognised | None:
 
 
 def find_unit_of(column: Column, name: str) -> tuple[str, str]:
-    """Unit of a column, and who says it: the file, or the end of its name."""
+    """Unit of a column and its source, the file or the end of the name; both are empty if unknown."""
     if column.unit:
         return column.unit, f"unit {column.unit} in the file"
     if re.fullmatch(r"V\d*", name):
@@ -292,14 +292,14 @@ def find_unit_of(column: Column, name: str) -> tuple[str, str]:
 
 
 def find_listed_unit(column: Column, quantity: str) -> str:
-    """Unit of a quantity in a list such as "s, m/s^2" that stands beside a column; empty if there is none."""
+    """Unit of a quantity in a list of units such as "s, m/s^2" in the facts of a column; empty if there is none."""
     texts = [text for key, text in column.facts.items() if key.lower() in {"units", "unit"}]
     units = [read_unit(part) for text in texts for part in text.split(",")]
     return next((unit for unit in units if OF_UNIT.get(unit) == quantity), "")
 
 
 def name_words(name: str) -> list[str]:
-    """Words of a name without its unit, in small letters: "leftAcc_mm_s2" gives left and acc."""
+    """Lower-case words of a name without its unit: "leftAcc_mm_s2" gives left and acc."""
     label = split_label(name)[0]
     plain = (re.sub(r"[\[({].*", "", label) or name).rstrip("_")
     ending, _ = find_suffix(plain)
@@ -313,14 +313,14 @@ def _list_motion_words() -> set[str]:
 
 
 def _make_stem(words: list[str], name: str) -> str:
-    """Words of a name that say no coherence, part of a complex number or amplitude, with its place in an array."""
+    """Words of a name, except those for coherence, part or amplitude convention, and its index in an array."""
     common = frozenset().union(*PARTS.values(), WORDS[Role.PHASE], WORDS[Role.COHERENCE], OF_AMPLITUDE)
     index = INDEX.search(name)
     return " ".join(word for word in words if word not in common) + (f" {index[1]}" if index else "")
 
 
 def _recognise_abscissa(role: Role, name: str, unit: str, words: list[str]) -> Recognised:
-    """A time or frequency by its name, where no unit is known in s, Hz or rad/s."""
+    """Time or frequency by its name; without a known unit s, Hz or rad/s is assumed."""
     angular = bool(set(words) & {"omega", "om", "angular", "circular", "kreisfrequenz"})
     usual = "s" if role is Role.TIME else "rad/s" if angular else "Hz"
     says = "" if unit else f", and no unit in the file: {usual} assumed"
@@ -328,7 +328,7 @@ def _recognise_abscissa(role: Role, name: str, unit: str, words: list[str]) -> R
 
 
 def _foreign(words: list[str], unit: str, quantity: str) -> str:
-    """Why a column is no motion, force or voltage, nor anything beside them; empty if it may be."""
+    """Reason why a column is not a motion, force or voltage; empty if it may be one or has no dimension."""
     for kind, of_kind in (("pressure", PRESSURE_WORDS), ("temperature", TEMPERATURE_WORDS)):
         if quantity in {"", "voltage", "angle"} and (named := sorted(set(words) & of_kind)):
             return f'by "{named[0]}" in its name a {kind}, not a motion'
@@ -344,7 +344,7 @@ def _foreign(words: list[str], unit: str, quantity: str) -> str:
 
 
 def _spectrum(words: list[str], name: str, by_name: Role | None) -> str:
-    """Why a column is a spectrum, also by a word in brackets; empty for another."""
+    """Reason why a column is a spectrum, also from a word in brackets; empty if it is not."""
     named = sorted({*words, *re.findall(r"[a-z]+", name.lower())} & SPECTRUM_WORDS)
     if not named or set(words) & RATIOS or by_name in {Role.TIME, Role.FREQUENCY}:
         return ""
@@ -352,7 +352,7 @@ def _spectrum(words: list[str], name: str, by_name: Role | None) -> str:
 
 
 def _spread(words: list[str]) -> str:
-    """Why a column is the spread of another one; empty for another."""
+    """Reason why a column is the scatter of another one; empty if it is not."""
     named = sorted(set(words) & SPREAD_WORDS)
     return f'by "{named[0]}" in its name the scatter of another column' if named else ""
 
@@ -365,7 +365,7 @@ def _has_dimension(unit: str) -> bool:
 
 
 def _recognise_force_without_unit(column: Column, name: str, part: ComplexPart, stem: str) -> Recognised:
-    """A force by its name, in newtons, unless units are listed beside it."""
+    """Force by its name, in newtons unless the facts of the column list another unit."""
     listed = {quantity: find_listed_unit(column, quantity) for quantity in ("force", "voltage")}
     quantity = next((quantity for quantity, unit in listed.items() if unit), "")
     unit = listed.get(quantity, "N")
@@ -396,7 +396,7 @@ def _find_role(words: list[str], quantity: str) -> Role | None:
 
 
 def _is_drive(words: list[str], quantity: str) -> bool:
-    """Whether a voltage is that of a generator, not of a sensor of motion."""
+    """Whether a voltage is that of a signal generator, not of a motion sensor."""
     return quantity == "voltage" and bool(set(words) & DRIVE_WORDS) and not set(words) & _list_motion_words()
 
 
@@ -407,7 +407,7 @@ def _find_part(column: Column, words: list[str]) -> ComplexPart:
 
 
 def find_ratio_quantity(unit: str) -> str:
-    """Quantity of a ratio to a force, such as acceleration of (m/s^2)/N or 1/kg; empty if it is none."""
+    """Quantity of a ratio to a force, such as acceleration for (m/s^2)/N or 1/kg; empty if the unit is not a ratio."""
     match = RATIO.fullmatch(unit)
     quantity = OF_UNIT.get(match[1], "") if match else ""
     if quantity in MOTIONS or "/" not in unit:
@@ -420,12 +420,12 @@ def find_ratio_quantity(unit: str) -> str:
 
 
 def _may_be_abscissa(column: Column) -> bool:
-    """Whether values change and are no complex numbers."""
+    """Whether values change and are real."""
     return not np.iscomplexobj(column.values) and len(np.unique(column.values)) > 1
 
 
 def _contradicts(column: Column, words: list[str], by_name: Role) -> bool:
-    """Whether values are none of a frequency, which has no sign, or of a time "T1" that may be a temperature."""
+    """Whether values contradict a frequency (some are negative) or a time "T1" (some fall: it may be a temperature)."""
     if by_name is Role.FREQUENCY:
         return _has_sign(column)
     return (
@@ -434,12 +434,12 @@ def _contradicts(column: Column, words: list[str], by_name: Role) -> bool:
 
 
 def _has_sign(column: Column) -> bool:
-    """Whether some values are negative, as no frequency is."""
+    """Whether some values are negative."""
     return bool((column.values.real < 0).any())
 
 
 def _recognise_phase(column: Column, unit: str, evidence: str, stem: str) -> Recognised:
-    """A phase; without a unit its range tells degrees from radians."""
+    """Phase; without a unit, its range decides between degrees and radians."""
     largest = float(np.nanmax(np.abs(column.values))) if len(column.values) else 0.0
     if unit in {"deg", "rad"}:
         beyond = unit == "rad" and largest > 20.0

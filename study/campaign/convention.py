@@ -1,4 +1,4 @@
-"""What all steady states of a draft have in common: the drive, the sign of time, units and meaning of amplitudes."""
+"""Common conventions of all steady states of a draft: drive, sign of time, units and convention of amplitudes."""
 
 from collections.abc import Sequence
 
@@ -14,16 +14,16 @@ from study.campaign.table_kind import JudgedTable, Kind
 
 TIMES = ("exp(+i omega t)", "exp(-i omega t)")
 FORCE, BASE, VOLTAGE = "force", "base acceleration", "voltage"
-#: What drives, by the quantity of the measured drive.
+#: Kind of drive in the manifest, by the quantity of the measured drive.
 DRIVES = {"force": FORCE, "acceleration": BASE, "voltage": VOLTAGE}
 #: Units of a drive that is not calibrated.
 UNCALIBRATED = {"V", "mV", "%"}
-#: Phases tell the sign of time if so many of those that tell one agree [-].
+#: Smallest fraction of the phases with a sign of time that must agree on it [-].
 AGREE = 3 / 4
 
 
 def find_drive(judged: JudgedTable) -> tuple[str, str]:
-    """What drives in a table, and its unit; both are empty if not stated in the file.
+    """Kind of drive of a table, and its unit; both are empty if not stated in the file.
 
     Parameters
     ----------
@@ -45,19 +45,19 @@ def find_drive(judged: JudgedTable) -> tuple[str, str]:
 
 
 def _drive_in(unit: str) -> tuple[str, str]:
-    """What drives whose level is in a unit, and the unit; empty for one of nothing that drives."""
+    """Kind of drive whose level has a unit, and the unit; both are empty if no drive has it."""
     quantity = OF_UNIT.get(unit, "voltage" if unit == "%" else "")
     return (DRIVES[quantity], unit) if quantity in DRIVES else ("", "")
 
 
 def _describe_assumed_drive(judged: JudgedTable) -> str:
-    """Why the unit of the force of a table is assumed; empty where the file says it, or has no force."""
+    """Reason why the unit of the force of a table is assumed; empty if the file states it or has no force."""
     force = find_force_column(judged)
     return judged.columns[force.name].evidence if force is not None and judged.columns[force.name].assumed else ""
 
 
 def keep_one_drive(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> list[JudgedTable]:
-    """Tables with the drive of most steady states; the others are left out, since a campaign has one drive."""
+    """Leave out steady states with another drive than most of them have, since a campaign has one drive."""
     states = [table for table in tables if table.kind in {Kind.STEPPED_SINE, Kind.STEADY_STATE}]
     drives = [drive for table in states if (drive := find_drive(table)[0])]
     if len({*drives}) < 2:
@@ -77,12 +77,12 @@ def keep_one_drive(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> list[
 
 
 def draft_conventions(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> int:
-    """Draft drive, sign of time, meaning of amplitudes and units.
+    """Draft the drive, the sign of time, the convention of amplitudes and the units.
 
     Parameters
     ----------
     draft
-        Draft that grows.
+        Draft, extended in place.
     tables
         Stepped sines, steady states and frequency responses.
 
@@ -130,11 +130,11 @@ def _list_units(tables: Sequence[JudgedTable]) -> list[str]:
 
 
 def _time(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> str | Marked:
-    """Sign of time from the phases, where they tell it."""
+    """Sign of time from the phases; asked of the user if they do not agree."""
     evidence = [item for table in tables if table.of_role(Role.FREQUENCY) for *_, item in list_phase_evidence(table)]
     falls, rises = (sum(item.time_sign == sign for item in evidence) for sign in (1, -1))
     if not evidence:
-        return TIMES[0]  # without phases it has no meaning
+        return TIMES[0]  # has no effect without phases
     if max(falls, rises) < AGREE * (falls + rises) or not falls + rises:
         why = f"the phase decreases through the resonance in {falls} of {len(evidence)} curves and increases in {rises}"
         return draft.ask(

@@ -1,4 +1,4 @@
-"""Sets of channels in a universal file: its datasets by the lines of text in them, or by their order."""
+"""Sets of channels in a universal file: datasets are grouped by their text lines or by their order."""
 
 import re
 from collections import Counter
@@ -10,7 +10,7 @@ from study.campaign.column_role import Role, recognise_column
 from study.campaign.run_name import HARMONIC_IN_NAME, LEVEL_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME, WAY_OF_COLUMN
 from study.campaign.table import MeasuredTable
 
-#: Lines of a dataset that may tell its set, and what in them tells it.
+#: Text lines of a dataset that may identify its set, and patterns of the identifying words.
 LINES = ("line 1", "line 2", "line 4", "line 5", "line 3", "z")
 TELLING = (LEVEL_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME, WAY_OF_COLUMN)
 #: Estimators of a frequency response.
@@ -21,7 +21,7 @@ FREQUENCY_RESPONSE = "frequency response"
 
 
 def find_sets_by_dataset(table: MeasuredTable) -> ChannelSets | None:
-    """Sets of the datasets of one abscissa; frequency responses are repeats unless their texts have levels.
+    """Sets of the datasets over one abscissa; frequency responses are repeats unless their texts state levels.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def find_sets_by_dataset(table: MeasuredTable) -> ChannelSets | None:
 
 
 def _identify_channel(column: Column, role: Role) -> tuple[Hashable, ...]:
-    """What a dataset measures, where and in which harmonic; one that names no point is a channel of its own."""
+    """Key of a channel: point, reference, quantity and harmonic; a dataset without a point is a separate channel."""
     reference = column.reference
     to = None if reference is None else (reference.node or reference.name, reference.direction.lstrip("+-"))
     kind = (column.function, role, column.unit, column.facts.get("quantity", ""))
@@ -59,7 +59,7 @@ def _identify_channel(column: Column, role: Role) -> tuple[Hashable, ...]:
 
 
 def _find_harmonic(column: Column) -> int | None:
-    """Harmonic in the texts of a dataset; None without one, and for a frequency response, whose H1 is an estimator."""
+    """Harmonic in the texts of a dataset; None if not stated, or for a frequency response: its H1 is an estimator."""
     if column.function == FREQUENCY_RESPONSE:
         return None
     result = (HARMONIC_IN_NAME.search(column.facts.get(line, "")) for line in LINES)
@@ -67,7 +67,7 @@ def _find_harmonic(column: Column) -> int | None:
 
 
 def find_sets_by_dataset_harmonic(table: MeasuredTable) -> ChannelSets | None:
-    """Harmonics of the datasets of one set, by their texts; the first of the force drives.
+    """Sets of the harmonics in the datasets of one table, by their texts; of the force only harmonic 1 is used.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def find_sets_by_dataset_harmonic(table: MeasuredTable) -> ChannelSets | None:
 
 
 def _point(column: Column) -> Hashable:
-    """Point and direction of a dataset; its own name if it says no point."""
+    """Point and direction of a dataset; the name of its column if it has no point."""
     point = column.response
     if point is None or (point.node is None and not point.name):
         return column.name
@@ -100,7 +100,7 @@ def _point(column: Column) -> Hashable:
 
 
 def _list_texts(columns: Sequence[Column]) -> Iterator[dict[str, str]]:
-    """What may tell the sets of datasets: a level or repeat in one line, those in all lines, a whole line."""
+    """Candidate marks of datasets: a level, repeat, run or direction in one line, all of these, or a whole line."""
     for telling in TELLING:
         for line in LINES:
             matches = {one.name: telling.search(one.facts.get(line, "")) for one in columns}
@@ -115,7 +115,7 @@ def _list_texts(columns: Sequence[Column]) -> Iterator[dict[str, str]]:
 
 
 def _are_sets(marks: Mapping[str, str], keys: Mapping[str, Hashable], driven: set[Hashable]) -> bool:
-    """Whether texts part all datasets into as many sets as a channel has datasets, each with its force."""
+    """Whether marks divide all datasets into as many sets as a channel has datasets, each with all forces."""
     groups: dict[str, list[Hashable]] = {}
     for name, mark in marks.items():
         groups.setdefault(mark, []).append(keys[name])
@@ -125,7 +125,7 @@ def _are_sets(marks: Mapping[str, str], keys: Mapping[str, Hashable], driven: se
 
 
 def _number_by_order(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[str, str] | None:
-    """Set of each dataset by its place, if all sets have one order, or all channels the same number of datasets."""
+    """Mark of each dataset by its order; None unless all channels have equally many, ordered by set or by channel."""
     counts = Counter(keys.values())
     number = max(counts.values())
     if any(count != number for count in counts.values()):
@@ -138,7 +138,7 @@ def _number_by_order(columns: Sequence[Column], keys: Mapping[str, Hashable]) ->
 
 
 def _find_other_estimates(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> ChannelSets | None:
-    """Of several estimates of one frequency response the first is kept."""
+    """Sets that keep the first of several estimates of one frequency response; None if there are no others."""
     result = {
         one.name: match[0]
         for one in columns
@@ -154,7 +154,7 @@ def _find_other_estimates(columns: Sequence[Column], keys: Mapping[str, Hashable
 
 
 def _find_levels(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[str, str] | None:
-    """Set of each frequency response by the level in its text."""
+    """Mark of each frequency response by the level in its text; None if one has no level, or all have the same."""
     for line in LINES:
         matches = {one.name: LEVEL_IN_NAME.search(one.facts.get(line, "")) for one in columns}
         marks = {name: match[0] for name, match in matches.items() if match}
@@ -165,7 +165,7 @@ def _find_levels(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dic
 
 
 def _find_common_level(table: MeasuredTable, columns: Sequence[Column]) -> dict[str, str] | None:
-    """The level in the texts of all datasets of one abscissa, where those of other abscissas are other sets."""
+    """Mark of all datasets over one abscissa by their common level, in a file with several abscissas."""
     if len({one.abscissa for one in table.file.columns if one.abscissa}) < 2:
         return None
     for line in LINES:

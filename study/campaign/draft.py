@@ -1,4 +1,4 @@
-"""A draft of ``campaign.toml``: its tables with what is assumed in them, written as TOML with comments."""
+"""Draft of ``campaign.toml``: its tables, with assumptions marked, written as TOML with comments."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,12 +12,12 @@ from geometry.name_list import MAX_NAMES, join_first_names
 from study.campaign.question import Answers, Marked, Question
 from study.campaign.table_kind import JudgedTable
 
-#: Entries of data with a name of their own.
+#: Kinds of entries whose equal names get numbers.
 NAMED = ("frf", "ring_down", "loop", "record")
-#: Entries of the manifest that hold data, and all of them, in the order in which they are written.
+#: Kinds of entries of the manifest with data, and all kinds, in the order of the file.
 DATA = ("run", "frf", "ring_down", "loop", "mode", "record")
 ENTRIES = ("sensor", "load_cells", "test", *DATA)
-#: Kinds of entries as people name them, where this is not the word of the manifest.
+#: Names of kinds of entries in sentences, if they differ from the keys of the manifest.
 CALLED = {"frf": "frequency response", "ring_down": "ring-down", "load_cells": "pair of load cells"}
 HEAD = """\
 Drafted by `stickslip campaign new`. Check every line with "assumed": these values are not stated in the files.
@@ -26,7 +26,7 @@ docs/campaign.md describes the keys."""
 
 @dataclass(frozen=True, kw_only=True)
 class Note:
-    """What was understood of some columns: one row of the table that the command prints."""
+    """Interpretation of some columns: one row of the table that the command prints."""
 
     file: str
     columns: str
@@ -36,7 +36,7 @@ class Note:
 
 
 class Run(dict[str, Any]):
-    """An entry of a run that knows the table from which it was drafted.
+    """Entry of a run, with the table from which it was drafted.
 
     Parameters
     ----------
@@ -52,32 +52,32 @@ class Run(dict[str, Any]):
 
     @property
     def name(self) -> str:
-        """File, and group and set of channels in it."""
+        """File, and group and set of channels in the file."""
         return self.judged.table.place
 
 
 @dataclass(kw_only=True)
 class ManifestDraft:
-    """A manifest that grows table by table.
+    """Draft of a manifest, extended table by table.
 
     Parameters
     ----------
     title
         Title of the campaign.
     answers
-        Where what files cannot say comes from.
+        Source of answers to questions that the files leave open.
     single
-        Tables that stand once: drive, convention, units.
+        Single tables: drive, convention, units.
     entries
-        Tables that stand several times, by their kind; values are plain, `Marked`, or tables of such.
+        Entries of the arrays of tables, by their kind; values are plain, `Marked`, or tables of these.
     motions
-        What sensors measure by their phases, by their names.
+        Quantities of sensors according to their phases, by the names of the sensors.
     notes
-        What was understood.
+        Interpretation of the columns.
     suspicions
-        What looks wrong, with evidence.
+        Suspected mistakes, with evidence.
     left_out
-        Entries that cannot be used, and why.
+        Sentences on data that cannot be used, with the reason.
     """
 
     title: str
@@ -90,15 +90,15 @@ class ManifestDraft:
     left_out: list[str] = field(default_factory=list)
 
     def ask(self, text: str, default: str, why: str, *choices: str) -> Marked:
-        """Answer of a question."""
+        """Ask a question; parameters as in `Question`."""
         return self.answers.ask(Question(text=text, default=default, why=why, choices=choices))
 
     def named(self, kind: str, name: str) -> dict[str, Any] | None:
-        """The entry of a name; None if there is none yet."""
+        """Entry of a kind with a name; None if there is none yet."""
         return next((entry for entry in self.entries[kind] if entry["name"] == name), None)
 
     def number_names(self) -> None:
-        """Number entries of one kind and name: what is said of one of them is said by its name."""
+        """Number entries of the same kind and name, so that messages can refer to one of them."""
         for kind in NAMED:
             names = [str(without_marks(entry["name"])) for entry in self.entries[kind]]
             for entry, name, unique in zip(self.entries[kind], names, make_unique_names(names, "{} {}"), strict=True):
@@ -107,23 +107,23 @@ class ManifestDraft:
 
     @property
     def is_empty(self) -> bool:
-        """Whether there are no data in it."""
+        """Whether the draft has no data."""
         return not any(self.entries[kind] for kind in DATA)
 
     @property
     def is_comparable(self) -> bool:
-        """Whether there are data that a model is compared with: records alone are not."""
+        """Whether there are data to compare with a model; records alone are not compared."""
         return any(self.entries[kind] for kind in DATA if kind != "record")
 
     def assumptions(self) -> list[str]:
-        """What was assumed, one sentence each: entries with the same assumption together."""
+        """Sentences on the assumptions; entries with the same assumption are in one sentence."""
         groups: dict[tuple[str, str, str], _Assumption] = {}
         singles = {name: [table] for name, table in self.single.items()}
         for kind, entries in {**singles, **self.entries}.items():
             for entry in entries:
                 name = name_entry(entry)
                 for key, value, reason in list_marked_values(entry):
-                    # Numbers such as those of repeats follow from one reason.
+                    # Different numbers with one reason, such as those of repeats, are one assumption.
                     is_number = isinstance(value, int | float) and not isinstance(value, bool)
                     same = groups.setdefault((key, "" if is_number else _format(value), reason), _Assumption())
                     same.values.setdefault(_format(value))
@@ -134,7 +134,7 @@ class ManifestDraft:
         ] + [sentence for sentence in [self.run_order()] if sentence]
 
     def run_order(self) -> str:
-        """The order in which runs are taken as measured, as a sentence; empty where there is nothing to order."""
+        """Sentence on the assumed order of measurement of the runs; empty if there is nothing to order."""
         runs = [run for run in self.entries["run"] if "order" not in run["columns"]]
         if len(runs) < 2:
             return ""
@@ -144,7 +144,7 @@ class ManifestDraft:
         return f"order of the {len(runs)} runs = {order}: {why}"
 
     def text(self) -> str:
-        """The manifest as TOML."""
+        """Text of the manifest, as TOML."""
         document = tomlkit.document()
         for line in HEAD.splitlines():
             document.add(tomlkit.comment(line))
@@ -169,19 +169,19 @@ class ManifestDraft:
 
 @dataclass(frozen=True, kw_only=True)
 class _Assumption:
-    """Values that were assumed for one reason, and the names of their entries by kind."""
+    """Values that were assumed for the same reason, and the names of their entries by kind."""
 
     values: dict[str, None] = field(default_factory=dict)
     names: dict[str, list[str]] = field(default_factory=dict)
 
 
 def name_entry(entry: Mapping[str, Any]) -> str:
-    """An entry as people find it: its name, or its file and the group in it."""
+    """Name of an entry in messages: its name, or its file and the group in the file."""
     return entry.name if isinstance(entry, Run) else str(without_marks(entry.get("name", entry.get("file", ""))))
 
 
 def assumed(value: Any) -> str:
-    """Why a value was assumed, also within tables; empty if nothing was."""
+    """Reasons why a value, or values in a table, were assumed; empty if none was."""
     if isinstance(value, Marked):
         return value.assumed
     if isinstance(value, Mapping):
@@ -190,7 +190,7 @@ def assumed(value: Any) -> str:
 
 
 def list_marked_values(entry: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
-    """Keys, values and reasons of what was assumed in an entry and in its tables."""
+    """Keys, values and reasons of the assumptions in an entry and its tables."""
     for key, value in entry.items():
         if isinstance(value, Mapping):
             for inner, shown, reason in list_marked_values(value):
@@ -200,7 +200,7 @@ def list_marked_values(entry: Mapping[str, Any]) -> Iterator[tuple[str, Any, str
 
 
 def without_marks(value: Any) -> Any:
-    """A value without marks."""
+    """Plain value, without the marks of assumptions in it or its tables."""
     if isinstance(value, Marked):
         return without_marks(value.value)
     if isinstance(value, Mapping):
@@ -211,7 +211,7 @@ def without_marks(value: Any) -> Any:
 def _make_table(entry: Mapping[str, Any]) -> Table:
     table = tomlkit.table()
     for key, value in entry.items():
-        # Columns and coherences are tables of their own; what is in them stands on one line.
+        # Columns and coherences are written as tables, tables within these as inline tables.
         if key in {"columns", "coherence"}:
             table.add(key, _make_table(value))
             continue
@@ -234,7 +234,7 @@ def _make_item(value: Any) -> Item:
 
 
 def _format(value: Any) -> str:
-    """A value as the manifest writes it, without quotes."""
+    """Value as in the manifest, without quotes."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
@@ -245,12 +245,12 @@ def _join_names(values: Sequence[str]) -> str:
 
 
 def _name_all(names: Mapping[str, Sequence[str]], entries: Mapping[str, Sequence[Any]]) -> str:
-    """Entries of several kinds as people name them."""
+    """Entries of several kinds, in words."""
     return ", ".join(_name_kind(kind, own, len(entries.get(kind, ()))) for kind, own in names.items())
 
 
 def _name_kind(kind: str, names: Sequence[str], count: int) -> str:
-    """Entries of one kind as people name them: sensors "a", "b", or all 9 sensors."""
+    """Entries of one kind, in words: sensors "a", "b", or all 9 sensors."""
     different = [name for name in dict.fromkeys(names) if name]
     word = CALLED.get(kind, kind)
     if not different:

@@ -1,4 +1,4 @@
-"""Drafts of stepped-sine runs and of frequency responses."""
+"""Drafts of stepped-sine runs, and the responses, forces and phases of tables over frequency."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -33,14 +33,14 @@ from study.campaign.sensor_draft import (
 )
 from study.campaign.table_kind import JudgedTable
 
-#: At a constant response the force varies by this factor and the response by less than the share.
+#: Response control: smallest ratio of the largest to the smallest force, largest relative spread of the response [-].
 CONTROL_FORCE, CONTROL_RESPONSE = 1.5, 0.1
-#: Of a force without a phase beside responses that have one.
+#: Assumption for a force without a phase in a table of responses with phases.
 PHASES = "it has no phase; the phases of the responses are taken as relative to it"
 
 
 def pair_responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | None]]:
-    """Responses, each with the column of its phase or imaginary part if there is one."""
+    """Pair each response with the column of its phase or imaginary part, or None."""
     columns = judged.of_role(Role.RESPONSE)
     of_force = find_force_partner(judged)
     phases = [one for one in judged.of_role(Role.PHASE) if one is not of_force and not is_of_force(judged, one)]
@@ -66,7 +66,7 @@ def pair_responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column
 def find_nearest_each_other(
     judged: JudgedTable, column: Column, others: Sequence[Column], like: Sequence[Column]
 ) -> list[Column]:
-    """The one of some columns whose name is nearest to that of a column, and to no other one like it."""
+    """Column among `others` with the nearest name to a column, if that column is its nearest in `like`; else empty."""
     nearest = _find_nearest(judged, column, others, like)
     return [nearest] if nearest is not None and _find_nearest(judged, nearest, like, others) is column else []
 
@@ -74,7 +74,7 @@ def find_nearest_each_other(
 def _find_nearest(
     judged: JudgedTable, column: Column, others: Sequence[Column], like: Sequence[Column]
 ) -> Column | None:
-    """The column whose name differs least, and in words of motions or ratios alone: "acc tip" and "phase tip"."""
+    """Column whose name differs least, and only in words for motions or ratios: "acc tip" and "phase tip"."""
     own, of_others = _list_telling_words(judged, like), _list_telling_words(judged, others)
     result: dict[int, list[Column]] = {}
     for other in others:
@@ -86,21 +86,21 @@ def _find_nearest(
 
 
 def _list_telling_words(judged: JudgedTable, columns: Sequence[Column]) -> dict[str, set[str]]:
-    """Words of the names of some columns without those of all of them: "H1 tip", "H1 root" are of tip and root."""
+    """Words of the names of columns that are not in all of these names: "tip" and "root" for "H1 tip", "H1 root"."""
     words = {one.name: set(judged.columns[one.name].stem.split()) for one in columns}
     shared = set.intersection(*words.values()) if len(words) > 1 else set()
     return {name: own - shared for name, own in words.items()}
 
 
 def is_of_force(judged: JudgedTable, column: Column) -> bool:
-    """Whether a phase is that of the force: its name has a word of forces that is in no name of a response."""
+    """Whether a phase is that of the force: its name has a word for a force that is in no name of a response."""
     responses = [word for one in judged.of_role(Role.RESPONSE) for word in judged.columns[one.name].stem.split()]
     words = set(name_words(judged.table.short_name(column)))
     return bool(words & WORDS[Role.FORCE] - set(responses))
 
 
 def make_complex_response(judged: JudgedTable, column: Column, partner: Column | None) -> NDArray[Any] | None:
-    """Values of a response as complex numbers; None without a phase."""
+    """Complex values of a response; None without a phase."""
     if np.iscomplexobj(column.values):
         return np.asarray(column.values)
     if partner is None:
@@ -112,7 +112,7 @@ def make_complex_response(judged: JudgedTable, column: Column, partner: Column |
 
 
 def find_force_column(judged: JudgedTable) -> Column | None:
-    """The force that drives: of several a measured one before the voltage of a shaker, whose name says least else."""
+    """Column of the driving force: the one with the shortest stem, a voltage only if no other force has a unit."""
     forces = [one for one in judged.of_role(Role.FORCE) if judged.columns[one.name].part is not ComplexPart.IMAGINARY]
     measured = [one for one in forces if judged.columns[one.name].unit and not _is_voltage(judged, one)]
     return min(measured or forces, key=lambda column: len(judged.columns[column.name].stem), default=None)
@@ -123,7 +123,7 @@ def _is_voltage(judged: JudgedTable, column: Column) -> bool:
 
 
 def find_force_partner(judged: JudgedTable) -> Column | None:
-    """Column of the imaginary part or of the phase of the force that drives, if there is one."""
+    """Column of the imaginary part or of the phase of the driving force; None if there is none."""
     force = find_force_column(judged)
     if force is None or np.iscomplexobj(force.values):
         return None
@@ -133,13 +133,13 @@ def find_force_partner(judged: JudgedTable) -> Column | None:
             (one for one in judged.of_role(Role.FORCE) if judged.columns[one.name].part is ComplexPart.IMAGINARY), None
         )
     phases = judged.of_role(Role.PHASE)
-    # A phase without words of its own, "phase" beside "amplitude [N]", is that of the response.
+    # A phase without further words, such as "phase" with a force "amplitude [N]", belongs to the response.
     same = [one for one in phases if guess.stem and judged.columns[one.name].stem == guess.stem]
     return next(iter([*same, *(one for one in phases if is_of_force(judged, one))]), None)
 
 
 def make_complex_force(judged: JudgedTable) -> NDArray[Any] | None:
-    """The force that drives along its axis, complex where its phase was measured; None without a force."""
+    """Driving force along its axis, complex if its phase was measured; None without a force."""
     force = find_force_column(judged)
     if force is None:
         return None
@@ -148,7 +148,7 @@ def make_complex_force(judged: JudgedTable) -> NDArray[Any] | None:
 
 
 def report_unused_phases(draft: ManifestDraft, judged: JudgedTable) -> None:
-    """Say which phases belong to no column: the responses and forces are read without them."""
+    """Report phases that match no response or force, and are not read, in the `left_out` sentences of the draft."""
     used = {partner.name for _, partner in pair_responses_with_phases(judged) if partner is not None}
     of_force = find_force_partner(judged)
     used |= {of_force.name} if of_force is not None else set()
@@ -162,7 +162,7 @@ def report_unused_phases(draft: ManifestDraft, judged: JudgedTable) -> None:
 
 
 def report_second_forces(draft: ManifestDraft, judged: JudgedTable) -> None:
-    """Say which forces are not read, since another one drives."""
+    """Report forces that are not read, since another one is the drive, in the `left_out` sentences of the draft."""
     force, partner = find_force_column(judged), find_force_partner(judged)
     draft.left_out += [
         f'{judged.table.file.path.name}: "{column.name}" is not used: '
@@ -178,12 +178,13 @@ def report_second_forces(draft: ManifestDraft, judged: JudgedTable) -> None:
 
 
 def list_phase_evidence(judged: JudgedTable) -> list[tuple[str, Column, PhaseEvidence]]:
-    """What the phases of each sensor say, by its name and column, one item per pass.
+    """Evidence from the phases of each sensor, with its name and column, one item per pass.
 
-    Levels that stand in one file are not judged together: beside a high one, all of a low one is small.
+    Each pass is judged separately, since its level may differ from that of others: all responses of a low level are
+    small compared with those of a high one.
     """
     frequency, force = judged.of_role(Role.FREQUENCY)[0].values, make_complex_force(judged)
-    # At a constant response only the ratio to the force has a peak, and phases may count from another signal.
+    # With a constant response only the ratio to the force has a peak; phases may be relative to another signal.
     drive = np.ones(len(frequency)) if force is None else np.where(force == 0, np.nan, force)
     evidence = []
     for rows in judged.rows():
@@ -200,7 +201,7 @@ def list_phase_evidence(judged: JudgedTable) -> list[tuple[str, Column, PhaseEvi
                 continue
             ratio = values / drive
             judgements = [judge_phase(frequency[one], ratio[one]) for one in passes]
-            if all(item is None for item in judgements):  # frequencies in no order have passes of few points each
+            if all(item is None for item in judgements):  # passes of unordered frequencies have few points each
                 judgements = [judge_phase(frequency[own], ratio[own])]
             name = _find_row_name(judged, rows) or choose_sensor_name(judged, column)
             evidence += [(name, column, item) for item in judgements if item is not None]
@@ -214,12 +215,12 @@ def find_harmonic_of_rows(judged: JudgedTable, rows: Mapping[str, Any]) -> int:
 
 
 def _find_row_name(judged: JudgedTable, rows: Mapping[str, Any]) -> str:
-    """Name of a sensor that the rows of a series give; empty if they give none."""
+    """Name of the sensor in the rows of a series; empty if they have none."""
     return next((str(rows[one.name]) for one in judged.settings if one.words), "")
 
 
 def _find_stated_sweep(judged: JudgedTable, rows: NDArray[Any]) -> NDArray[np.int64] | None:
-    """Sweep (+1 up, -1 down, 0 none) of some rows, shape (n,), if the file says it in words."""
+    """Sweep (+1 up, -1 down, 0 none) of some rows, shape (n,), if the file states it in words; else None."""
     for column in judged.of_role(Role.SWEEP):
         if column.words:
             signs = np.array([SWEEP_WORDS.get(word.lower(), 0) for word in column.words])
@@ -228,18 +229,18 @@ def _find_stated_sweep(judged: JudgedTable, rows: NDArray[Any]) -> NDArray[np.in
 
 
 def draft_stepped_sine(draft: ManifestDraft, judged: JudgedTable, test: str, signs: Mapping[str, Marked]) -> None:
-    """Runs of a stepped sine, one per combination of the settings.
+    """Draft the runs of a stepped sine, one per combination of the settings.
 
     Parameters
     ----------
     draft
-        Draft that grows.
+        Draft, extended in place.
     judged
         Table.
     test
         Name of its test.
     signs
-        Signs of sensors that read the other way round, by their names in `list_phase_evidence`.
+        Signs of sensors that measure against their axis, by their names in `list_phase_evidence`.
     """
     add_test(draft, test)
     report_unused_phases(draft, judged)
@@ -281,7 +282,7 @@ def _draft_sensor_reading(
     draft: ManifestDraft, judged: JudgedTable, column: Column, phase: Column | None, rows: Mapping[str, Any],
     signs: Mapping[str, Marked],
 ) -> tuple[str, str | dict[str, Any]]:  # fmt: skip
-    """Sensor of a response, and its reading in some rows."""
+    """Draft the sensor of a response: its name, and the entry of its reading in some rows."""
     real_only = phase is None and not np.iscomplexobj(column.values)
     word = _find_row_name(judged, rows)
     sensor = add_sensor(draft, judged, column, has_phase=not real_only, needs_unit=False, name=word)
@@ -301,7 +302,7 @@ def _draft_sensor_reading(
 def put_once(
     draft: ManifestDraft, judged: JudgedTable, columns: dict[str, Any], sensor: str, column: Column, entry: Any
 ) -> None:
-    """Add the reading of a sensor to the columns of a run; a second one of the same sensor is left out by name."""
+    """Add the reading of a sensor to the columns of a run; a second reading of the same sensor is left out by name."""
     if sensor in columns:
         draft.left_out.append(
             f'{judged.table.file.path.name}: "{column.name}" is not used: sensor "{sensor}" already reads another '
@@ -312,7 +313,7 @@ def put_once(
 
 
 def describe_missing_values(judged: JudgedTable, mask: NDArray[np.bool_]) -> str:
-    """Which columns hold no number in some of the rows of a series, and in how many; empty if none does."""
+    """Sentence on columns without a number in some rows of a series, and the count of these rows; empty if none."""
     others = judged.of_role(Role.RESPONSE, Role.FORCE, Role.PHASE, Role.COHERENCE)
     used = [*judged.of_role(Role.FREQUENCY)[:1], *others]
     missing = {column.name: int((~np.isfinite(column.values[mask])).sum()) for column in used}
@@ -321,13 +322,13 @@ def describe_missing_values(judged: JudgedTable, mask: NDArray[np.bool_]) -> str
 
 
 def says_free(name: str) -> bool:
-    """Whether a name says that a structure was measured without its contacts."""
+    """Whether a name states that a structure was measured without its contacts."""
     words = " ".join(name_words(name))
     return WITHOUT_CONTACTS.search(words) is not None and not WITH_CONTACTS.search(words)
 
 
 def ask_configuration(draft: ManifestDraft, name: str) -> Marked:
-    """Whether a structure was measured with its contacts; names such as "free blade" say it."""
+    """Configuration of a structure, from a name such as "free blade", else asked of the user."""
     if says_free(name):
         return Marked(value="free", assumed=f'called "{name}"')
     if WITH_CONTACTS.search(" ".join(name_words(name))):
@@ -339,7 +340,7 @@ def ask_configuration(draft: ManifestDraft, name: str) -> Marked:
 
 
 def add_test(draft: ManifestDraft, test: str) -> None:
-    """Add a test unless it is there."""
+    """Add a test to the draft, unless it exists."""
     if draft.named("test", test) is None:
         draft.entries["test"].append({"name": test, "configuration": ask_configuration(draft, test)})
 
@@ -347,7 +348,7 @@ def add_test(draft: ManifestDraft, test: str) -> None:
 def _draft_level(
     draft: ManifestDraft, judged: JudgedTable, rows: Mapping[str, Any], force: Column | None
 ) -> dict[str, Any]:
-    """Level of a run: a setting, a number beside the columns, a number in the name, or the measured force."""
+    """Level of a run: from a setting, a scalar of the file, the name or the measured force, else asked of the user."""
     for column in judged.settings:
         guess = judged.columns[column.name]
         if guess.role is Role.LEVEL:
@@ -371,7 +372,7 @@ def _draft_level(
 
 
 def is_response_controlled(judged: JudgedTable, force: NDArray[Any], response: Column, rows: Mapping[str, Any]) -> bool:
-    """Whether the force varies over the frequencies of a series and the response does not."""
+    """Whether the force varies over the frequencies of a series while the response is constant."""
     mask = judged.mask(dict(rows))
     drive, answer = np.abs(force[mask]), np.abs(response.values[mask])
     if not len(drive) or not (drive > 0).all() or not (answer > 0).all():

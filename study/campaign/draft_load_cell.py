@@ -1,4 +1,4 @@
-"""Drafts of load cells: pairs behind a contact line, whose tangential and normal force follow from them."""
+"""Drafts of load cells: pairs behind a contact line, from which its tangential and normal force follow."""
 
 from collections.abc import Iterator
 
@@ -14,12 +14,12 @@ ANGLES = {
 
 
 def draft_load_cells(draft: ManifestDraft) -> None:
-    """Pair the load cells of a draft by their numbers; one without a partner or a phase is left out.
+    """Pair the load cells of a draft by their numbers; a cell without a partner or a phase is left out.
 
     Parameters
     ----------
     draft
-        Draft with its sensors and runs; gets ``[[load_cells]]`` and the contact forces that follow.
+        Draft with its sensors and runs; ``[[load_cells]]`` and the sensors of contact forces are added.
     """
     cells = {entry["name"]: entry for entry in draft.entries["sensor"] if entry["quantity"] == LOAD_CELL}
     pairs = [pair for pair in _find_pairs([*cells]) if all("phase" not in cells[name] for name in pair)]
@@ -52,7 +52,7 @@ def draft_load_cells(draft: ManifestDraft) -> None:
 
 
 def _find_pairs(names: list[str]) -> Iterator[tuple[str, str]]:
-    """Cells 1 and 2, 3 and 4 of one name."""
+    """Pairs of cells with the same stem and the numbers 1 and 2, 3 and 4, and so on."""
     for name in sorted(names):
         stem, digit = name[:-1], int(name[-1])
         if digit % 2 and f"{stem}{digit + 1}" in names:

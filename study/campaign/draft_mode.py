@@ -1,4 +1,4 @@
-"""Drafts of natural modes from the shapes and the tables of measured files."""
+"""Drafts of natural modes from shapes and tables in measured files."""
 
 import re
 from collections.abc import Mapping
@@ -18,25 +18,25 @@ from study.campaign.table import make_file_stem
 from study.campaign.table_kind import HERTZ, JudgedTable, get_value
 
 MODES = {"normal mode", "complex mode"}
-#: A larger damping ratio is that of no mode, in a ring-down either [-].
+#: Largest damping ratio of a mode; a column with larger values is probably in percent [-].
 MOST_DAMPED = 0.3
-#: What says at the end of a name that it has no unit.
+#: End of a name that states that the values have no unit.
 WITHOUT_UNIT = re.compile(r"[\[(] *[-1] *[\])]$")
-#: Axes of displacements; others are rotations.
+#: Number of translational axes; further axes are rotations.
 MOTIONS = 3
-#: A reading of a shape, by the name of its sensor: node, axis and value.
+#: Readings of a shape, by the name of the sensor: node, axis and value.
 Readings = dict[str, tuple[int, str, complex]]
 
 
 def draft_modes(draft: ManifestDraft, files: Mapping[str, MeasuredFile]) -> None:
-    """One mode per shape that has a natural frequency; others are left out with the reason.
+    """Draft one mode per shape with a natural frequency; other shapes are left out with the reason.
 
     Parameters
     ----------
     draft
-        Draft that grows.
+        Draft, extended in place.
     files
-        Measured files by their names; nodes may stand in another file than shapes.
+        Measured files by their names; nodes and shapes may be in different files.
     """
     nodes = {number: node for file in files.values() for number, node in file.nodes.items()}
     for name, file in files.items():
@@ -55,12 +55,12 @@ def draft_modes(draft: ManifestDraft, files: Mapping[str, MeasuredFile]) -> None
 
 
 def draft_mode_table(draft: ManifestDraft, judged: JudgedTable) -> None:
-    """One mode without a shape per row of a table of natural frequencies.
+    """Draft one mode without a shape per row of a table of natural frequencies.
 
     Parameters
     ----------
     draft
-        Draft that grows.
+        Draft, extended in place.
     judged
         Table.
     """
@@ -89,7 +89,7 @@ def draft_mode_table(draft: ManifestDraft, judged: JudgedTable) -> None:
 
 
 def _read_damping_ratios(draft: ManifestDraft, judged: JudgedTable) -> tuple[NDArray[np.float64], str]:
-    """Damping ratios of the rows of a table [-], NaN without any, and why their unit was assumed."""
+    """Damping ratios of the rows of a table [-], NaN without any, and the reason why their unit was assumed."""
     column = next(iter(judged.of_role(Role.DAMPING)), None)
     if column is None:
         return np.full(len(judged.table.columns[0].values), np.nan), ""
@@ -106,7 +106,7 @@ def _read_damping_ratios(draft: ManifestDraft, judged: JudgedTable) -> tuple[NDA
 
 
 def _describe_unusable(shape: MeasuredShape) -> str:
-    """Why a shape is no natural mode; empty if it is one."""
+    """Reason why a shape is not a natural mode; empty if it is one."""
     if shape.kind not in MODES:
         return f"a shape of the kind {shape.kind} is not a natural mode"
     if not (np.isfinite(shape.frequency) and shape.frequency > 0):
@@ -146,7 +146,7 @@ def _draft_mode(
 
 
 def _draft_readings(draft: ManifestDraft, shape: MeasuredShape, where: str) -> Readings:
-    """Displacements of a shape, of axes along which any point moves."""
+    """Displacements of a shape along the axes on which a point moves."""
     values = np.asarray(shape.values, dtype=np.complex128)
     moves = np.flatnonzero(np.nan_to_num(values).any(axis=0)).tolist()
     if any(axis >= MOTIONS for axis in moves):
@@ -160,7 +160,7 @@ def _draft_readings(draft: ManifestDraft, shape: MeasuredShape, where: str) -> R
 
 
 def _keep_one_quantity(draft: ManifestDraft, readings: Readings, where: str) -> tuple[str, Readings]:
-    """Quantity of most sensors that are there, and the readings at these and at new ones: a shape has one factor."""
+    """Quantity of most existing sensors of a shape, and the readings without those of sensors of another quantity."""
     of = {
         sensor: str(without_marks(entry["quantity"])) for sensor in readings if (entry := draft.named("sensor", sensor))
     }
@@ -174,10 +174,10 @@ def _keep_one_quantity(draft: ManifestDraft, readings: Readings, where: str) -> 
 
 
 def _turn(values: Complex[NDArray[np.complex128], " n"]) -> tuple[NDArray[np.float64], float]:
-    """Real shape nearest to a complex one, shape (n,), and the size of the rest over it [-]."""
+    """Real shape nearest to a complex one, shape (n,), and the norm of the imaginary rest relative to it [-]."""
     if not values.imag.any():
         return values.real, 0.0
-    # Of all turns exp(-i a) the one that leaves the smallest imaginary part.
+    # The rotation exp(-i a) that minimises the imaginary part.
     real = values * np.exp(-0.5j * np.angle((values**2).sum()))
     size = float(np.linalg.norm(real.real))
     return real.real, float(np.linalg.norm(real.imag)) / size

@@ -25,16 +25,16 @@ from study.campaign.table_kind import JudgedTable
 
 #: Second index of an array of responses by outputs and inputs: H(:,2,1), H(2,1,:), H[1,0].
 SECOND_INDEX = re.compile(r"\d,(\d+)(?:,:)?[)\]]$")
-#: Why an amplitude is no frequency response.
+#: Reason why an amplitude is not a frequency response.
 WITHOUT_PHASE = 'has no phase with a matching name: name the two columns "acc_tip" and "phase_tip", for example'
 #: Names of tests with a sine.
 SINE = re.compile(r"sine|sinus|stepped|sweep|swept|dwell", re.IGNORECASE)
-#: Why several responses of one sensor are numbered.
+#: Reason why several responses of one sensor are numbered.
 REPEATS = "the file has several responses of one sensor, and nothing in it distinguishes levels"
 
 
 def draft_frequency_responses(draft: ManifestDraft, judged: JudgedTable, signs: Mapping[str, Marked]) -> None:
-    """Frequency responses of one table: those with the same reference in one entry, repeats in entries of their own."""
+    """Draft the frequency responses of one table to its main reference; each repeat has a separate entry."""
     frequency = judged.of_role(Role.FREQUENCY)[0]
     file = judged.table.file.path.name
     named = [_name_reference(column) for column in judged.of_role(Role.RESPONSE)]
@@ -89,7 +89,7 @@ def draft_frequency_responses(draft: ManifestDraft, judged: JudgedTable, signs: 
 
 
 def _test(draft: ManifestDraft, judged: JudgedTable) -> dict[str, Any]:
-    """Configuration of responses; those of a sine of known force are steady states of a test at this level."""
+    """Configuration of responses; for a sine of known force, test and level instead."""
     label = judged.table.label
     value = find_named_force(judged.table)
     level = find_level_beside_columns(judged, None)
@@ -116,7 +116,7 @@ def _name_reference(column: Column) -> str:
 
 
 def _find_coherence(judged: JudgedTable, response: Column, repeat: int) -> Column | None:
-    """Coherence of a response: of the same point in the file, or the only one."""
+    """Coherence of a response, by the point in the file, the index or the name, or the only one; None if unknown."""
     coherences = judged.of_role(Role.COHERENCE)
     if response.response is not None:
         point = response.response

@@ -34,7 +34,7 @@ from study.campaign.time_history import SECONDS, estimate_sine_amplitude, find_s
 
 
 def draft_ring_downs(draft: ManifestDraft, judged: JudgedTable) -> None:
-    """One ring-down per response."""
+    """Draft one ring-down per response."""
     time = judged.of_role(Role.TIME)[0]
     for column in motions(judged):
         sensor = add_sensor(draft, judged, column, has_phase=None, needs_unit=True)
@@ -53,7 +53,7 @@ def draft_ring_downs(draft: ManifestDraft, judged: JudgedTable) -> None:
 
 
 def draft_loops(draft: ManifestDraft, judged: JudgedTable) -> None:
-    """One loop per combination of the settings."""
+    """Draft one loop per combination of the settings."""
     time, force = next(iter(judged.of_role(Role.TIME)), None), find_force_column(judged)
     displacement = next(one for one in motions(judged) if judged.columns[one.name].quantity == "displacement")
     assert force is not None
@@ -77,7 +77,7 @@ def draft_loops(draft: ManifestDraft, judged: JudgedTable) -> None:
 
 
 def draft_steady_states(draft: ManifestDraft, judged: JudgedTable, test: str) -> None:
-    """Runs over time: one per combination of the settings."""
+    """Draft the runs of steady states over time, one per combination of the settings."""
     add_test(draft, test)
     report_second_forces(draft, judged)
     time, force = judged.of_role(Role.TIME)[0], find_force_column(judged)
@@ -98,7 +98,7 @@ def draft_steady_states(draft: ManifestDraft, judged: JudgedTable, test: str) ->
 
 
 def draft_record(draft: ManifestDraft, judged: JudgedTable) -> None:
-    """One record of all channels, with its sampling rate."""
+    """Draft one record of all channels, with its sampling rate."""
     time, force = next(iter(judged.of_role(Role.TIME)), None), find_force_column(judged)
     file = judged.table.file.path.name
     channels = [one for one in judged.of_role(Role.RESPONSE, Role.FORCE) if _is_read(judged, one, force)]
@@ -130,7 +130,7 @@ def draft_record(draft: ManifestDraft, judged: JudgedTable) -> None:
     units: dict[str, Any] = {}
     for column in channels:
         guess = judged.columns[column.name]
-        # What drives is of an unknown quantity where only the name of the file tells one.
+        # The quantity of the drive is unknown if only the name of the file states it.
         raw = find_raw_unit(column, guess)
         unknown = bool((column.name == without_marks(drive) and is_unnamed(guess)) or raw)
         quantity = "" if unknown else guess.quantity
@@ -146,18 +146,18 @@ def draft_record(draft: ManifestDraft, judged: JudgedTable) -> None:
 
 
 def _is_read(judged: JudgedTable, column: Column, force: Column | None) -> bool:
-    """Whether a record has a channel: of several forces it has the one that drives."""
+    """Whether a channel is part of a record; of several forces only the drive is."""
     return judged.columns[column.name].role is not Role.FORCE or column is force
 
 
 def motions(judged: JudgedTable) -> list[Column]:
-    """Responses that are motions or of unknown quantity."""
+    """Responses that are motions, voltages, strains or of unknown quantity."""
     known = {*MOTIONS, "", "voltage", STRAIN}
     return [column for column in judged.of_role(Role.RESPONSE) if judged.columns[column.name].quantity in known]
 
 
 def _add_channel(draft: ManifestDraft, judged: JudgedTable, column: Column) -> None:
-    """Sensor of a channel of a record, which has the name of its column, unless another record has it."""
+    """Add the sensor of a channel of a record, with the name of its column, unless there is a sensor of this name."""
     if draft.named("sensor", column.name) is not None:
         return
     name = add_sensor(draft, judged, column, has_phase=None, needs_unit=True)
@@ -179,7 +179,7 @@ def _with_unit(draft: ManifestDraft, judged: JudgedTable, column: Column, si: st
 
 
 def _name_loop(judged: JudgedTable, rows: dict[str, Any]) -> str:
-    """The table's name with the settings that tell its loops apart: ``loops 12.7 mm, 0.5 Hz``."""
+    """Name of the table with the settings that distinguish its loops: ``loops 12.7 mm, 0.5 Hz``."""
     series = judged.rows()
     settings = [
         f"{value:g} {unit}" if (unit := judged.columns[name].unit) else f"{name} {value}"
@@ -192,7 +192,7 @@ def _name_loop(judged: JudgedTable, rows: dict[str, Any]) -> str:
 def _find_cycles(
     judged: JudgedTable, time: Column | None, displacement: Column, rows: dict[str, Any], mask: np.ndarray
 ) -> str | Marked:
-    """Frequency of the cycles: a setting in hertz, or the strongest one of the displacement."""
+    """Frequency of the cycles: a setting in hertz, or the strongest frequency of the displacement."""
     for column in judged.settings:
         if judged.columns[column.name].unit == "Hz":
             return f"{rows[column.name]:g} Hz"

@@ -1,4 +1,4 @@
-"""Which channel of steady states drives the structure, where no file says it."""
+"""Choice of the drive channel of steady states, if no file states it."""
 
 from dataclasses import replace
 from typing import Any
@@ -9,19 +9,23 @@ from study.campaign.draft import ManifestDraft
 from study.campaign.question import Marked
 from study.campaign.table_kind import JudgedTable, Kind, list_unnamed_channels
 
-#: Begins the evidence of a channel that nobody named.
+#: Beginning of the evidence of an assumed drive channel.
 ASSUMED = "assumed: "
 
 
 def choose_drive(draft: ManifestDraft, judged: JudgedTable) -> JudgedTable:
-    """A table whose drive is one of its channels: the phases of steady states count from it.
+    """Choose the drive among the channels of a table; phases of steady states are relative to it.
 
     Parameters
     ----------
     draft
-        Draft that asks.
+        Draft, for questions.
     judged
-        Any table; only steady states over time without a force change.
+        Any table; only steady states over time without a force and without a recognised channel are changed.
+
+    Returns
+    -------
+    Table with the chosen channel as the force.
     """
     channels = list_unnamed_channels(judged) if judged.kind is Kind.STEADY_STATE else []
     if not channels:
@@ -39,6 +43,6 @@ def choose_drive(draft: ManifestDraft, judged: JudgedTable) -> JudgedTable:
 
 
 def mark_drive(judged: JudgedTable, force: Column, entry: Any) -> Any:
-    """The entry of a drive, marked if its channel was assumed."""
+    """Entry of a drive, marked if its channel was assumed."""
     evidence = judged.columns[force.name].evidence
     return Marked(value=entry, assumed=evidence[len(ASSUMED) :]) if evidence.startswith(ASSUMED) else entry

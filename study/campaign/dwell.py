@@ -1,4 +1,4 @@
-"""Dwells, a steady state each: the frequency in their names is checked against their data."""
+"""Dwells, each with one steady state: recognition in groups, and check of the frequency in their names."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,10 +17,10 @@ from study.campaign.time_history import SECONDS, Samples
 
 
 def share_kind(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
-    """The same tables, with records among steady states as such: most of one naming scheme and of equal channels are.
+    """Judge records as steady states if most tables of the same naming scheme and channels are steady states.
 
-    The motion of a joint that chatters near its resonance is no steady state by itself; the force beside it is, at the
-    frequency in the name if there is one.
+    The motion of a joint that chatters near its resonance is not recognised as a steady state. Its force must be
+    periodic, at the frequency in the name if there is one.
 
     Parameters
     ----------
@@ -43,14 +43,14 @@ def share_kind(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
 
 
 def find_dwell_frequencies(tables: Sequence[JudgedTable]) -> list[float]:
-    """Frequency of each steady state [Hz]: that in its name if all names agree with the data, else that of the data."""
+    """Frequency of each steady state [Hz]: from its name if all names agree with the data, else from the data."""
     named = [find_frequency_in_name(judged.table.label) for judged in tables]
     in_names = [one for one, judged in zip(named, tables, strict=True) if one is not None and _has_line(judged, one)]
     return in_names if len(in_names) == len(tables) else [_fit_frequency(judged) for judged in tables]
 
 
 def find_contradicted_frequency(judged: JudgedTable) -> tuple[float, float] | None:
-    """Frequency in the name of a steady state, and that of its drive, if they differ [Hz]; None if not."""
+    """Frequencies in the name of a steady state and of its drive [Hz], if they differ; else None."""
     named = find_frequency_in_name(judged.table.label)
     if named is None or _has_line(judged, named):
         return None
@@ -70,19 +70,19 @@ def _make_scheme(judged: JudgedTable) -> tuple[str, ...]:
 
 
 def _is_driven_as_named(judged: JudgedTable) -> bool:
-    """Whether a record has a time and a drive whose frequency its name does not contradict."""
+    """Whether a record has a time and a periodic drive, whose frequency does not contradict the name."""
     has_time = bool(judged.of_role(Role.TIME)) and find_force_column(judged) is not None
     return has_time and np.isfinite(_find_drive_frequency(judged)) and find_contradicted_frequency(judged) is None
 
 
 def _has_line(judged: JudgedTable, frequency: float) -> bool:
-    """Whether the strongest frequency of the drive is this one, to a line of its spectrum."""
+    """Whether the strongest frequency of the drive equals a frequency, within one line spacing of its spectrum."""
     time, _ = _drive(judged)
     return abs(_find_drive_frequency(judged) - frequency) < 1.0 / float(time[-1] - time[0])
 
 
 def _find_drive_frequency(judged: JudgedTable) -> float:
-    """The strongest frequency of the drive [Hz]; NaN without any."""
+    """Strongest frequency of the drive [Hz]; NaN if there is none."""
     time, drive = _drive(judged)
     try:
         return find_frequency(time, drive[np.newaxis])
@@ -91,7 +91,7 @@ def _find_drive_frequency(judged: JudgedTable) -> float:
 
 
 def _fit_frequency(judged: JudgedTable) -> float:
-    """The frequency of the drive as it is read from a steady state [Hz]; 0 without any."""
+    """Frequency of the drive by a fit of a steady state [Hz]; 0 if the fit fails."""
     time, drive = _drive(judged)
     try:
         return float(fit_steady_state(time, drive, drive, 1).frequency)
@@ -100,7 +100,7 @@ def _fit_frequency(judged: JudgedTable) -> float:
 
 
 def _drive(judged: JudgedTable) -> tuple[Samples, Samples]:
-    """Instants [s] and values of the force, or of the first channel without one, shape (n,) each."""
+    """Instants [s] and values of the force, or of the first response without a force, shape (n,) each."""
     time = judged.of_role(Role.TIME)[0]
     column = find_force_column(judged) or judged.of_role(Role.RESPONSE)[0]
     mask = judged.mask(judged.rows()[0])

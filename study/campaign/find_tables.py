@@ -1,4 +1,4 @@
-"""Tables of a measured file, one for each set of channels that was measured together."""
+"""Tables of a measured file, one per set of channels that were measured together."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from study.campaign.column_role import Role
 from study.campaign.dataset_set import find_sets_by_dataset, find_sets_by_dataset_harmonic
 from study.campaign.table import MeasuredTable, split_tables
 
-#: Ways to tell sets of channels, the surest first; then what stands within each of these sets.
+#: Functions that find sets of channels, the most reliable first; each group splits the sets found by the one before.
 FINDERS = (
     (find_sets_by_dataset, find_sets_by_array, find_sets_by_name, find_sets_by_header, find_sets_by_abscissa),
     (find_sets_by_quantity,),
@@ -28,7 +28,7 @@ FINDERS = (
 
 
 def find_tables(file: MeasuredFile) -> tuple[list[MeasuredTable], list[str]]:
-    """Tables of a file, and which of its columns belong to no set that is known, one sentence each.
+    """Split a file into tables; the second result has one sentence on each column of an unknown set.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def find_tables(file: MeasuredFile) -> tuple[list[MeasuredTable], list[str]]:
 
 
 def _without_padding(table: MeasuredTable) -> MeasuredTable:
-    """A table without rows at its end that have no time, as below a run that is shorter than others beside it."""
+    """Table without rows at its end that have no time, such as those below a run shorter than others in the file."""
     times = [one for one in table.columns if find_role(table, one) is Role.TIME]
     there = np.any([np.isfinite(one.values) for one in times], axis=0) if times else np.ones(1, dtype=np.bool_)
     if not there.any() or there[-1]:

@@ -1,4 +1,4 @@
-"""Columns over which others are given by their place in an array, where neither name nor unit say what they are."""
+"""Abscissas in the first column of an array, if neither name nor unit states their quantity."""
 
 import re
 from collections import Counter
@@ -12,23 +12,23 @@ from correlation.file.column import Column
 from study.campaign.column_role import Recognised, Role
 from study.campaign.table import MeasuredTable
 
-#: Begins the evidence of a column that may be a time as well as a frequency.
+#: Evidence of a column that may be a time or a frequency.
 EITHER = "it rises in equal steps, like a time or a frequency"
 INDEX = re.compile(r"[(\[][\d:,]+[)\]]$")
 
 
 def recognise_first_columns(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """Times and frequencies in the first column of an array; what rises in equal steps is no motion.
+    """Recognise times and frequencies in the first column of an array: columns that rise in equal steps.
 
-    Beside complex numbers it is a frequency, and a time beside one channel of both signs. Beside several channels of
-    one array, such as a real and an imaginary part, it may be either.
+    In an array of complex numbers the column is a frequency, in one with a single channel of both signs a time. With
+    several channels in the array, such as a real and an imaginary part, it may be either.
 
     Parameters
     ----------
     table
         Table.
     columns
-        What its columns are by themselves.
+        Judgement on each column without its table.
     """
     result = dict(columns)
     for column in table.columns:
@@ -48,7 +48,7 @@ def recognise_first_columns(table: MeasuredTable, columns: Mapping[str, Recognis
 
 
 def _is_alone(first: Column, over: Sequence[Column]) -> bool:
-    """Whether each array has one column over a first one, or the first one is an array of its own in a row of cells."""
+    """Whether each array has one column over the first column, or that is a separate cell of a cell array."""
     return first.name.endswith("}") or max(Counter(INDEX.sub("", one.name) for one in over).values()) == 1
 
 

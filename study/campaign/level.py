@@ -1,4 +1,4 @@
-"""Levels of a run: the one in its name, and without a set point one for all sweeps, or one for each of them."""
+"""Levels of runs: from names, scalars of the file or measured forces, else asked of the user."""
 
 import re
 from collections.abc import Sequence
@@ -24,27 +24,27 @@ from study.campaign.table_kind import JudgedTable
 Series = Float[NDArray[np.float64], " n"]
 Whole = Int[NDArray[np.int64], " n"]
 
-#: Names of a number that is a level.
+#: Words in the name of a scalar that is a level.
 LEVEL_NUMBERS = {"level", "levels", "force", "forces", "setpoint", "amplitude", "amplitudes", "loads", "stufe"}
 WHY = "the file contains neither force nor level"
-#: Digits of the force of a sweep.
+#: Significant digits of the median force of a sweep.
 DIGITS = 2
 
 
 def find_named_levels(table: MeasuredTable) -> list[re.Match[str]]:
-    """Levels in the names of a set of channels, of a group and of a file, the likeliest first."""
+    """Levels in the names of a set of channels, a group and a file, the most likely first."""
     whole = f"{make_file_stem(table.file.path.name)} {table.path}"
     return [*find_levels_in_name(table.of_set), *find_levels_in_name(whole)]
 
 
 def find_level_in_name(judged: JudgedTable) -> tuple[float | None, str]:
-    """Level in the name of a table in N, V, g_n or percent, and its words, such as "10N"; None without one."""
+    """Level in the name of a table in N, V, g_n, m/s^2 or percent, and its text, such as "10N"; None without one."""
     match = next(iter(find_named_levels(judged.table)), None)
     return (read_level(match)[0], match[0]) if match else (None, "")
 
 
 def find_force_in_name(judged: JudgedTable, force: str) -> tuple[float | None, str]:
-    """Level in the name of a run in the unit of its force, and its words; None if they are not both forces.
+    """Level in the name of a run in the unit of its force, and its text; None if they are not both forces.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def find_force_in_name(judged: JudgedTable, force: str) -> tuple[float | None, s
 
 
 def find_named_force(table: MeasuredTable) -> float | None:
-    """Level in the names of a table that is a force [N]; None without one."""
+    """Level in the names of a table, if it is a force [N]; else None."""
     return next((value for match in find_named_levels(table) if (value := _read_newtons(match)) is not None), None)
 
 
@@ -73,7 +73,7 @@ def _read_newtons(match: re.Match[str]) -> float | None:
 
 
 def find_level_beside_columns(judged: JudgedTable, size: Series | float | None) -> dict[str, Any]:
-    """The level that a number beside the columns states, if the measured force is near it; empty if not.
+    """Level stated by a scalar of the table, if the measured force is near it or there is none; else empty.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def find_level_beside_columns(judged: JudgedTable, size: Series | float | None) 
 
 
 def find_unit_of_number(table: MeasuredTable) -> str:
-    """Unit of the number beside the columns of a table that is a level, by its name; empty without one."""
+    """Unit of the scalar of a table that is a level, from its name; empty without one."""
     named = next((name for name, number in table.scalars.items() if _is_level(name, number)), "")
     return find_suffix(named)[1]
 
@@ -103,7 +103,7 @@ def _is_near(size: Series | float, level: float) -> bool:
 
 
 def find_named_set_point(judged: JudgedTable, force: str, size: Series | float) -> dict[str, Any]:
-    """The level in the name of a run, if its measured force is near it; empty if not.
+    """Level in the name of a run, if its measured force is near it; else empty.
 
     Parameters
     ----------
@@ -122,20 +122,20 @@ def find_named_set_point(judged: JudgedTable, force: str, size: Series | float) 
 def ask_levels(
     draft: ManifestDraft, label: str, frequency: Series, sweep: Whole | None, sizes: Sequence[Series]
 ) -> dict[str, Any]:
-    """Level or levels of a run whose file has neither force nor level.
+    """Ask for the level or levels of a run whose file has neither force nor level.
 
     Parameters
     ----------
     draft
-        Draft that asks.
+        Draft, for questions.
     label
         Name of the table.
     frequency
         Frequencies in the order of measurement, shape (n,).
     sweep
-        Stated sweeps (+1, -1, 0), shape (n,); None where the frequencies tell them.
+        Stated sweeps (+1, -1, 0), shape (n,); None to derive them from the frequencies.
     sizes
-        Sizes of each response, shape (n,) each.
+        Moduli of each response, shape (n,) each.
     """
     of_pass = number_passes(frequency, sweep)
     factors = find_common_factors(_arrange_by_pass(frequency, of_pass, sizes))
@@ -153,7 +153,7 @@ def ask_levels(
 
 
 def find_levels_of_force(frequency: Series, sweep: Whole | None, force: Series) -> dict[str, Any]:
-    """Levels of sweeps whose measured forces differ by a factor; empty if all have one level."""
+    """Levels of sweeps whose measured forces differ by common factors; empty if all sweeps have one level."""
     of_pass = number_passes(frequency, sweep)
     if find_common_factors(_arrange_by_pass(frequency, of_pass, [force])) is None:
         return {}
@@ -167,7 +167,7 @@ def number_passes(frequency: Series, sweep: Whole | None) -> Whole:
 
 
 def _arrange_by_pass(frequency: Series, of_pass: Whole, sizes: Sequence[Series]) -> Float[NDArray[np.float64], "m p"]:
-    """Sizes by frequency and response, and by pass; NaN where a pass lacks one."""
+    """Moduli by frequency and response (rows) and by pass (columns); NaN if a pass lacks a value."""
     rising, place = np.unique(frequency, return_inverse=True)
     table = np.full((len(sizes), len(rising), int(of_pass.max()) + 1), np.nan)
     for own, size in zip(table, sizes, strict=True):
@@ -176,7 +176,7 @@ def _arrange_by_pass(frequency: Series, of_pass: Whole, sizes: Sequence[Series])
 
 
 def _read_numbers(text: str) -> list[float]:
-    """Numbers of an answer such as "1, 3, 10" or "2,5 N"; none if it has none that are above zero."""
+    """Numbers of an answer such as "1, 3, 10" or "2,5 N"; none if its first word is not a number."""
     words = text.replace(", ", " ").replace("[", " ").replace("]", " ").replace(",", ".").split()
     try:
         return [float(word) for word in words[:1]] + [float(word) for word in words[1:] if word[:1].isdigit()]

@@ -1,4 +1,4 @@
-"""Parts in phase and in quadrature, as lock-in amplifiers write them."""
+"""In-phase and quadrature parts, as in files of lock-in amplifiers."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,14 +10,14 @@ from study.campaign.table import MeasuredTable
 
 
 def recognise_quadratures(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """Beside frequencies, X and Y of both signs are real and imaginary parts.
+    """Recognise X and Y as real and imaginary parts, if the table has frequencies, no Z, and X or Y has both signs.
 
     Parameters
     ----------
     table
         Table.
     columns
-        What its columns are by themselves.
+        Judgement on each column.
     """
     result = dict(columns)
     if not any(guess.role is Role.FREQUENCY for guess in columns.values()):

@@ -1,4 +1,4 @@
-"""Tables of natural frequencies: a row for each mode."""
+"""Tables of natural frequencies, one row per mode."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -11,21 +11,21 @@ from study.campaign.table import MeasuredTable
 
 MODE_WORDS = {"mode", "modes", "eigenmode", "eigenform"}
 DAMPING_WORDS = {"damping", "zeta", "xi", "dämpfung", "daempfung", "dämpfungsgrad"}
-#: Units of a damping ratio; others are those of rates or of loss factors.
+#: Units of a damping ratio; a column in another unit may be a decay rate.
 RATIO_UNITS = {"", "percent"}
-#: What else may stand in such a table: what is known by name or unit of other columns is measured over the frequency.
+#: Roles of columns in a table of modes; columns of other roles are measured over the frequency.
 BESIDE = {Role.FREQUENCY, Role.ORDER, Role.REPEAT, Role.OTHER, Role.FOREIGN, Role.COHERENCE, Role.SENSOR}
 
 
 def recognise_modes(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """Columns of a table of natural frequencies that hold numbers, names and damping of modes; empty for other tables.
+    """Recognise numbers, names and damping of modes in a table of natural frequencies; empty for other tables.
 
     Parameters
     ----------
     table
         Table.
     columns
-        What its columns are by themselves.
+        Judgement on each column.
     """
     frequency = next((one for one in table.columns if columns[one.name].role is Role.FREQUENCY), None)
     if frequency is None or {guess.role for guess in columns.values()} - BESIDE:
@@ -37,7 +37,7 @@ def recognise_modes(table: MeasuredTable, columns: Mapping[str, Recognised]) -> 
     names = next((one for one in others if len(set(one.words)) == len(one.values)), None)
     called = count is not None and words[count.name] & MODE_WORDS
     steps = np.diff(frequency.values)
-    # Lines of a spectrum are counted, too; they have equal steps.
+    # Lines of a spectrum may be numbered as well; they have equal steps.
     alone = count is not None and len(others) == 1 + (names is not None) and not np.allclose(steps, steps[0])
     if not (called or alone or (damping is not None and bool((steps > 0).all()))):
         return {}

@@ -1,12 +1,12 @@
-"""Ratios of two motions, such as transmissibilities, which are no responses to a force."""
+"""Ratios of two motions, such as transmissibilities, which are not responses to a force."""
 
 import re
 
 from correlation.file.quantity import MOTION_WORDS, OF_UNIT
 
-#: Of two units in brackets, or of a unit to itself; "µm/m" is a strain.
+#: Ratio of two units in brackets, or of a unit to itself; "µm/m" is a strain.
 MOTION_RATIO = re.compile(r"\((.+)\)/\((.+)\)|(.+)/\3")
-#: Why such a ratio is not used, and how it can be.
+#: Reason why such a ratio is not used, and the remedy.
 TRANSMISSIBILITY = (
     'a transmissibility: a ratio of motions, not a response to a force: write [drive] quantity = "base '
     'acceleration", and [[run]] with level = 1 and these ratios with unit = "m/s^2"'

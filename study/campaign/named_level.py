@@ -1,4 +1,4 @@
-"""Levels in the names of runs beside the forces that were measured in them."""
+"""Comparison of the levels in the names of runs with the measured forces."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -27,7 +27,7 @@ USED = "the measured force is used"
 
 
 class _NamedLevel(NamedTuple):
-    """A run whose name tells a level [N], the words of it, its measured force [N], and the unit of that in its file."""
+    """Run with a level in its name: file, text and value of the level [N], channel, force [N] and unit in the file."""
 
     file: str
     words: str
@@ -42,7 +42,7 @@ class _NamedLevel(NamedTuple):
 
 
 def find_wrong_names(tables: Sequence[JudgedTable]) -> Iterator[str]:
-    """What is wrong where forces are not those in the names of their runs, one sentence for all runs of one cause.
+    """Suspected causes of differences between levels in names and measured forces, one sentence per cause.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def _find_named_level(judged: JudgedTable) -> _NamedLevel | None:
     size = abs(estimate_sine_amplitude(force.values.real) if is_history else float(np.nanmedian(np.abs(force.values))))
     if not size > 0:
         return None
-    if not is_history:  # the level in a name may be a peak, or what the force is
+    if not is_history:  # the level in a name may be a peak value, or have the convention of the force
         peak = size * PEAK_OF.get(find_said_amplitude(judged, force), 1.0)
         size = min(size, peak, key=lambda force: abs(np.log(force / level)))
     unit = judged.columns[force.name].unit
@@ -93,7 +93,7 @@ def _find_named_level(judged: JudgedTable) -> _NamedLevel | None:
 
 
 def _describe_factor(runs: Sequence[_NamedLevel], factor: float) -> str:
-    """One factor of all runs, and what it may be; empty for a small one that nothing known explains."""
+    """Sentence on one factor of all runs and its possible causes; empty for a small factor without a known cause."""
     units = list_likely_units(factor, runs[0].unit)
     amplitudes = [
         f"the force {own} and the level in the name {read}"
@@ -116,12 +116,12 @@ def _describe_factor(runs: Sequence[_NamedLevel], factor: float) -> str:
 
 
 def _name(runs: Sequence[_NamedLevel]) -> str:
-    """Files of some runs, and the level in their names."""
+    """Files of some runs and the level in their names, in words."""
     several = f" of {len(runs)} runs" if len(runs) > 1 else ""
     return f'{", ".join(dict.fromkeys(run.file for run in runs))}: "{runs[0].words}" in the name{several}'
 
 
 def _range(runs: Sequence[_NamedLevel]) -> str:
-    """Measured forces in words."""
+    """Range of the measured forces, in words."""
     low, high = (f"{pick(run.force for run in runs):.4g}" for pick in (min, max))
     return f"{low} N" if low == high else f"{low} to {high} N"

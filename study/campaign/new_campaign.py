@@ -1,4 +1,4 @@
-"""``stickslip campaign new``: drafts the manifest of a folder of test files."""
+"""``stickslip campaign new``: draft of the manifest of a folder of test files."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -36,26 +36,26 @@ from study.campaign.series_name import name_tests, suspect_structures
 from study.campaign.suspicion import list_suspicions
 from study.campaign.table_kind import JudgedTable, Kind, judge_table
 
-#: Files that stand beside measurements.
+#: Suffixes of files that are not read, unless their name ends like that of a measured file.
 BESIDE = {".toml", ".md", ".json", ".py", ".m", ".png", ".jpg", ".jpeg", ".pdf", ".docx", ".svg", ".ini", ".log", ""}
 
 
-#: Those that may hold numbers.
+#: Suffixes of such files that may contain numbers.
 HOLDERS = {".json", ".log", ""}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NewCampaign:
-    """What was drafted.
+    """Result of the command.
 
     Parameters
     ----------
     path
-        Manifest that was written.
+        Written manifest.
     draft
         Draft.
     suspicions
-        What looks wrong in the data.
+        Suspected mistakes in the data.
     """
 
     path: Path
@@ -74,9 +74,9 @@ class FolderFiles:
     files
         Files that could be read, by their names.
     unreadable
-        Why others could not, by their names.
+        Reasons why other files could not be read, by their names.
     subfolders
-        Names of folders in it that have such files, which are not read.
+        Names of subfolders with measured files, which are not read.
     """
 
     folder: Path
@@ -95,14 +95,14 @@ def read_folder(
     folder
         Folder with files of test programs.
     overwrite
-        Whether a manifest that is there may be replaced.
+        Whether an existing manifest may be replaced.
     report
-        Called with how many files are read, and how many there are.
+        Called with the number of files read and the number of all files.
 
     Raises
     ------
     CampaignError
-        No such folder, or a manifest that is there.
+        If the folder does not exist, or has a manifest that may not be replaced.
     """
     path = folder / MANIFEST
     if not folder.is_dir():
@@ -131,13 +131,13 @@ def _may_be_measured(path: Path) -> bool:
 
 
 def _name_others(folder: Path) -> str:
-    """Names of some files that are not read; empty for none."""
+    """Names of some files that are not read but may contain numbers; empty for none."""
     names = [path.name for path in sorted(folder.iterdir()) if path.is_file() and path.suffix.lower() in HOLDERS]
     return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 
 def _has_measured(folder: Path) -> bool:
-    """Whether a folder that is no campaign of its own has files that may be measured."""
+    """Whether a folder without a manifest has files that may be measured."""
     if folder.name.startswith(".") or (folder / MANIFEST).exists():
         return False
     return any(_may_be_measured(path) for path in folder.iterdir())
@@ -149,14 +149,14 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> ManifestDraft:
     Parameters
     ----------
     measured
-        Its files.
+        Files of the folder.
     answers
-        Where what the files cannot say comes from.
+        Source of answers to questions that the files leave open.
 
     Raises
     ------
     CampaignError
-        No usable file.
+        If there is no usable file.
     """
     folder = measured.folder
     if not measured.files and not measured.unreadable and (others := _name_others(folder)):
@@ -222,14 +222,14 @@ def write_manifest(measured: FolderFiles, draft: ManifestDraft, analyse: Analyse
     measured
         Files of the campaign.
     draft
-        Draft, which loses these entries.
+        Draft; refused entries are removed from it.
     analyse
-        As in `read_campaign`.
+        Analysis of data, as in `read_campaign`.
 
     Raises
     ------
     CampaignError
-        Nothing is left: the whole draft is written, to be edited.
+        If no entry remains, or the draft cannot be read; the complete draft is written, to be edited.
     """
     path, whole = measured.folder / MANIFEST, draft.text()
     try:
@@ -242,7 +242,7 @@ def write_manifest(measured: FolderFiles, draft: ManifestDraft, analyse: Analyse
 
 
 def _draft_tables(draft: ManifestDraft, judged: Sequence[JudgedTable]) -> None:
-    """Entries of all tables, after what they have in common."""
+    """Draft the common conventions of all tables, then their entries."""
     judged = keep_one_drive(draft, judged)
     stepped = [table for table in judged if table.kind in {Kind.STEPPED_SINE, Kind.STEADY_STATE}]
     responses = [table for table in judged if table.kind is Kind.FREQUENCY_RESPONSE]

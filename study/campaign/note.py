@@ -1,4 +1,4 @@
-"""What was understood of measured tables, as rows that people read."""
+"""Notes on the interpretation of measured tables, as rows of the printed table."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ from study.merge_sentences import NUMBER
 
 
 def list_notes(tables: Sequence[JudgedTable]) -> list[Note]:
-    """Rows of all tables; tables that are alike but for numbers in their evidence stand together, also of many files.
+    """Notes on all tables; tables of any file that differ only in numbers of their evidence have common notes.
 
     Parameters
     ----------
@@ -29,12 +29,12 @@ def list_notes(tables: Sequence[JudgedTable]) -> list[Note]:
 
 
 def describe_unused_columns(judged: JudgedTable) -> list[str]:
-    """Channels that cannot be used, one sentence each: no motions, without values or a known unit; and closing rows.
+    """Sentences on channels that cannot be used: not a motion, without values or without a known unit; and on a footer.
 
     Parameters
     ----------
     judged
-        Table; one that is of no use as a whole has none.
+        Table; for a table that is not used as a whole, only the sentence on the footer.
     """
     closing = describe_footer(judged.table.file.facts)
     sentences = [f"{judged.table.file.path.name}, {closing}"] if closing else []
@@ -53,7 +53,7 @@ def describe_unused_columns(judged: JudgedTable) -> list[str]:
 
 
 def describe_unused_file(file: MeasuredFile, tables: Sequence[JudgedTable]) -> str:
-    """Why nothing of a file is used; empty if something is.
+    """Reason why nothing of a file is used; empty if something is used.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def describe_unused_file(file: MeasuredFile, tables: Sequence[JudgedTable]) -> s
 
 
 def _make_notes(members: Sequence[JudgedTable]) -> list[Note]:
-    """Kind of some tables that are alike, then their columns."""
+    """Notes on some similar tables: one on their kind, then one on each column."""
     judged = members[0]
     label = judged.table.path or f"{len(judged.table.columns)} columns"
     others, files = len(members) - 1, len({member.table.file.path.name for member in members})

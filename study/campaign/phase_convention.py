@@ -1,4 +1,4 @@
-"""Sign of time and sign of a sensor, judged from the phases around the largest response."""
+"""Sign of time and sign of a sensor, from the phases around the largest response."""
 
 from dataclasses import dataclass
 
@@ -6,30 +6,30 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-#: Phase of the response to a force at a resonance, where the sensor sits at the force [rad], for e^{+i Omega t}.
+#: Phase of the response to a force at a resonance, for a sensor at the force and e^{+i Omega t} [rad].
 AT_RESONANCE = {"displacement": -np.pi / 2, "velocity": 0.0, "acceleration": np.pi / 2}
-#: Largest distance from such a phase at which the quantity is told [rad].
+#: Largest distance from such a phase at which it determines the quantity [rad].
 MAX_PHASE_DISTANCE = np.radians(30)
-#: A phase that changes by less over the frequencies tells nothing [rad].
+#: Smallest change of a phase over the frequencies that determines the sign of time [rad].
 LEAST_CHANGE = 0.8
-#: A peak must stand out by this factor over the median response to tell a sign [-].
+#: Smallest ratio of a clear peak to the median response [-].
 PEAK = 2.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class PhaseEvidence:
-    """What phases say.
+    """Evidence from the phases of one response.
 
     Parameters
     ----------
     change
-        Change of phase over rising frequency across the peak [rad]; it falls for e^{+i Omega t}.
+        Change of phase with increasing frequency across the peak [rad]; negative for e^{+i Omega t}.
     at_peak
         Phase at the largest response [rad].
     stands_out
         Whether the largest response is a clear peak.
     is_passed
-        Whether the largest response has others on either side, so that the phase there is that of a resonance if it
+        Whether the largest response is not at an end of the band, so that its phase is that of a resonance if the phase
         changes.
     """
 
@@ -40,14 +40,14 @@ class PhaseEvidence:
 
     @property
     def time_sign(self) -> int:
-        """+1 for e^{+i Omega t}, -1 for e^{-i Omega t}, 0 if it cannot be told."""
+        """+1 for e^{+i Omega t}, -1 for e^{-i Omega t}, 0 if the change is too small."""
         return 0 if abs(self.change) < LEAST_CHANGE else (1 if self.change < 0 else -1)
 
 
 def judge_phase(
     frequency: Float[NDArray[np.float64], " n"], response: Complex[NDArray[np.complex128], " n"]
 ) -> PhaseEvidence | None:
-    """Phase across the largest response.
+    """Judge the phase across the largest response.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def judge_phase(
 
     Returns
     -------
-    The evidence; None for fewer than five finite values.
+    Evidence; None for fewer than five finite, nonzero values.
     """
     there = np.isfinite(response) & np.isfinite(frequency) & (np.abs(response) > 0)
     if there.sum() < 5:
@@ -67,7 +67,7 @@ def judge_phase(
     values = response[there][order]
     size = np.abs(values)
     peak = int(np.argmax(size))
-    # Steps count as far as both of their ends respond: noise far from resonances has any phase.
+    # A step counts if both of its ends have a large response: far from resonances noise determines the phase.
     turns = np.angle(values[1:] / values[:-1])
     near = np.minimum(size[1:], size[:-1]) > 0.1 * size[peak]
     stretch = near & (np.abs(np.arange(len(near)) - peak) <= max(5, len(near) // 3))
@@ -81,7 +81,7 @@ def judge_phase(
 
 
 def has_opposite_sign(evidence: PhaseEvidence, quantity: str, time_sign: int) -> bool:
-    """Whether a sensor at the force reads with the opposite sign, such as an acceleration with a displacement's phase.
+    """Whether a sensor at the force has the opposite sign, such as an acceleration with the phase of a displacement.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def has_opposite_sign(evidence: PhaseEvidence, quantity: str, time_sign: int) ->
 
 
 def name_motion(evidence: PhaseEvidence, time_sign: int) -> str:
-    """The quantity that has this phase at a resonance, where the sensor is at the force; empty if none is near.
+    """Quantity with this phase at a resonance, for a sensor at the force; empty if no phase is near.
 
     Parameters
     ----------

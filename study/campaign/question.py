@@ -1,4 +1,4 @@
-"""What files cannot say: asked of the user, or assumed and marked."""
+"""Questions that the files leave open: asked of the user, or answered by a marked assumption."""
 
 import sys
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 @dataclass(frozen=True, kw_only=True)
 class Question:
-    """One thing that the files do not say.
+    """Question that the files leave open.
 
     Parameters
     ----------
@@ -17,7 +17,7 @@ class Question:
     default
         Most likely answer.
     why
-        Why it matters, and why the default is likely.
+        Reason for the question or for the default.
     choices
         Possible answers; empty for free text.
     """
@@ -30,35 +30,35 @@ class Question:
 
 @dataclass(frozen=True, kw_only=True)
 class Marked:
-    """A value of the manifest, and why it was assumed; empty where the files or the user say it."""
+    """Value of the manifest, and the reason why it was assumed; empty if the files or the user state it."""
 
     value: Any
     assumed: str = ""
 
 
 class Answers(Protocol):
-    """Where answers come from."""
+    """Source of answers."""
 
     def ask(self, question: Question) -> Marked:
-        """Answer of one question."""
+        """Answer to one question."""
 
 
 class Assumptions:
-    """Every default, marked."""
+    """Source that answers each question by its default, marked as assumed."""
 
     def ask(self, question: Question) -> Marked:
-        """The default with its reason."""
+        """Default with its reason."""
         return Marked(value=question.default, assumed=question.why)
 
 
 class Terminal:
-    """Answers of a person at the terminal; an empty line takes the default."""
+    """Answers typed at the terminal; an empty line selects the default."""
 
     def __init__(self) -> None:
         self._given: dict[str, Marked] = {}
 
     def ask(self, question: Question) -> Marked:
-        """Print the question and its reason, and read the answer; the same question is asked once."""
+        """Print the question and its reason, and read the answer; a repeated question gets the same answer."""
         if question.text not in self._given:
             self._given[question.text] = self._read(question)
         return self._given[question.text]

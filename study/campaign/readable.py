@@ -1,4 +1,4 @@
-"""A draft without the entries that a campaign refuses."""
+"""Removal of the entries of a draft that `read_campaign` refuses."""
 
 import os
 import re
@@ -18,17 +18,17 @@ from pipeline.fingerprint import key
 from study.campaign.draft import ManifestDraft, name_entry, without_marks
 from study.merge_sentences import merge_similar
 
-#: Entry of the manifest that a message names: "campaign.toml: ring_down[3]".
+#: Entry of the manifest in a message: "campaign.toml: ring_down[3]".
 NAMED_ENTRY = re.compile(r"\b(run|frf|ring_down|loop|mode|record)\[(\d+)\]")
 NAMED_SENSOR = re.compile(r'sensor "(.+?)" (?:reads|has no rows)')
 NAMED_TEST = re.compile(r'test "(.+?)"')
 NAMED_RECORD = re.compile(r'record "(.+?)"')
-#: Reasons that an error names.
+#: Largest number of reasons in an error.
 SHOWN = 4
 
 
 def make_nothing_left_error(draft: ManifestDraft, folder: Path) -> CampaignError:
-    """Why nothing of a folder can be used."""
+    """Error with the reasons why nothing of a folder can be used."""
     reasons = [reason.rstrip(".") for reason in merge_similar(draft.left_out)]
     more = [f"and {len(reasons) - SHOWN} more"] if len(reasons) > SHOWN else []
     listed = "; ".join([*reasons[:SHOWN], *more]) or "it contains no measured file"
@@ -38,31 +38,31 @@ def make_nothing_left_error(draft: ManifestDraft, folder: Path) -> CampaignError
 def keep_readable(
     draft: ManifestDraft, folder: Path, measured: Mapping[str, MeasuredFile], analyse: Analyse = analyse_uncached
 ) -> list[str]:
-    """Leave out entries that `read_campaign` refuses, one after the other.
+    """Remove entries that `read_campaign` refuses, and try again until it accepts the rest.
 
     Parameters
     ----------
     draft
-        Draft, which loses these entries.
+        Draft; refused entries are removed from it.
     folder
         Folder of the campaign.
     measured
-        Its files by their names.
+        Files of the campaign by their names.
     analyse
-        As in `read_campaign`. Data that are tried again, without other entries, are not analysed again.
+        Analysis of data, as in `read_campaign`; its results are reused in further trials.
 
     Returns
     -------
-    What `read_campaign` suspects of the others.
+    Suspicions of `read_campaign` on the remaining entries.
 
     Raises
     ------
     CampaignError
-        Nothing is left.
+        If no entry remains, or the error names none to remove.
     """
     analyse = _analyse_once(analyse)
     files = [path for path in folder.iterdir() if path.is_file() and path.name != MANIFEST]
-    # Within the folder, so that files have second names there: a campaign reads no file outside its own folder.
+    # A campaign reads no file outside its folder: the trial folder has hard links, within the same file system.
     with tempfile.TemporaryDirectory(dir=folder, prefix=".") as trial:
         for path in files:
             _name_again(path.resolve(), Path(trial) / path.name)
@@ -79,7 +79,7 @@ def keep_readable(
 
 
 def _analyse_once(analyse: Analyse) -> Analyse:
-    """The same, which remembers its results."""
+    """Analysis that stores its results and computes each once."""
     known: dict[str, Any] = {}
 
     def analyse_or_remember(compute: Callable[..., Any], *args: Any, **words: Any) -> Any:
@@ -92,7 +92,7 @@ def _analyse_once(analyse: Analyse) -> Analyse:
 
 
 def _name_again(file: Path, name: Path) -> None:
-    """A second name of a file, or a copy where its disk gives none."""
+    """Make a hard link to a file, or a copy if its file system does not allow one."""
     try:
         os.link(file, name)
     except OSError:
@@ -100,7 +100,7 @@ def _name_again(file: Path, name: Path) -> None:
 
 
 def _leave_out(draft: ManifestDraft, message: str) -> bool:
-    """Take entries that a message names out of a draft; whether there were any."""
+    """Remove the entries that a message names from a draft; return whether there were any."""
     lines = message.splitlines()
     doomed: dict[tuple[str, int], str] = {}
     for line in lines:
@@ -136,7 +136,7 @@ def _leave_out(draft: ManifestDraft, message: str) -> bool:
 
 
 def _without_numbers(draft: ManifestDraft, kind: str, number: int, line: str) -> str:
-    """What a message says of an entry, with the names of others: their numbers are those of this trial alone."""
+    """Reason in a message on an entry; numbers of other entries, which hold for one trial, are replaced by names."""
 
     def name(match: re.Match[str]) -> str:
         entries = draft.entries[match[1]]

@@ -21,23 +21,23 @@ from study.campaign.time_history import estimate_sine_amplitude
 
 Series = Float[NDArray[np.float64], " n"]
 
-#: Digits of a level that was measured.
+#: Significant digits of a measured level.
 DIGITS = 2
-#: Share by which steps one way exceed those the other way in passes of one direction [-].
+#: Smallest excess of the steps in one direction, as a fraction of all steps, in a run of passes in one direction [-].
 ONE_WAY = 0.5
-#: Readings at one frequency from which a trend can be told, and the share of frequencies that must show it [-].
+#: Smallest number of readings at one frequency for a trend, and smallest fraction of frequencies that show it [-].
 FEWEST, SHARE = 3, 0.7
 
 REPEATS, SETTLING = "repeats", "settling"
 
 
 def number_repeats(draft: ManifestDraft) -> None:
-    """Give runs of one test at one set point one level, and those with the same points among them a number each.
+    """Give runs of one test at one set point a common level, and number those that measure the same points as repeats.
 
     Parameters
     ----------
     draft
-        Draft whose runs change.
+        Draft; its runs are changed in place.
     """
     by_test: dict[tuple[str, bool], list[Run]] = {}
     for run in draft.entries["run"]:
@@ -63,23 +63,23 @@ def number_repeats(draft: ManifestDraft) -> None:
 
 
 def _number_dwells(runs: Sequence[Run]) -> list[int]:
-    """Number of the frequency of each steady state, from 1."""
+    """Number of the frequency of each steady state, counted from 1."""
     frequencies = np.array(find_dwell_frequencies([run.judged for run in runs]))
     return [1 + int(number) for number in number_frequencies(frequencies)]
 
 
 def group_levels(level: Series, stated: Bool[NDArray[np.bool_], " n"]) -> list[list[int]]:
-    """Numbers of the runs of each set point.
+    """Group runs by set point; the result has the indices of the runs of each group.
 
-    Forces near a stated level are of it. Others are of one set point if neighbours are less apart than what a control
-    misses it by, and all of them less than what two runs on either side of it may be.
+    Runs with a measured force within `HELD` of a stated level belong to it. Other runs are of one set point if
+    successive forces differ by less than `HELD`, and the largest from the smallest by less than 2 `HELD`.
 
     Parameters
     ----------
     level
         Level of each run, as stated or as the median of its measured force, shape (n,); NaN without either.
     stated
-        Whether it is stated, shape (n,).
+        Whether the level is stated, shape (n,).
     """
     points = np.unique(level[stated])
     groups: list[list[int]] = [np.flatnonzero(stated & (level == point)).tolist() for point in points]
@@ -97,7 +97,7 @@ def group_levels(level: Series, stated: Bool[NDArray[np.bool_], " n"]) -> list[l
 
 
 def _give_one_level(runs: Sequence[dict[str, Any]], levels: Series) -> None:
-    """Write the level of runs that have one set point, if their measured forces differ."""
+    """Write a common level into runs of one set point, if their measured forces differ."""
     if len(runs) < 2 or levels.max() == levels.min():
         return
     stated = next((run["level"] for run in runs if "level" in run), None)
@@ -111,10 +111,10 @@ def _give_one_level(runs: Sequence[dict[str, Any]], levels: Series) -> None:
 
 
 def _repeat_numbers(groups: Sequence[Sequence[tuple[Run, int]]]) -> tuple[list[list[int]], str]:
-    """Numbers of the runs of each group, and who says them: attributes or words of names, else nobody.
+    """Repeat numbers of the runs of each group, and their source in words; empty if no attribute or name states them.
 
-    Else they are the last numbers of the names of their files or groups, if these count from 1 on, each once at a
-    point, and a group has them all; others may lack some. Or they are counted.
+    Without a statement they are the last numbers in the names of files or groups, if these count from 1, each occurs
+    once at a point, and at least one group has all of them. Otherwise the runs are counted.
     """
     stated = [[_find_stated_repeat(run.judged.table) for run, _ in group] for group in groups]
     if all(number for numbers in stated for number, _ in numbers):
@@ -132,7 +132,7 @@ def _repeat_numbers(groups: Sequence[Sequence[tuple[Run, int]]]) -> tuple[list[l
 
 
 def _find_stated_repeat(table: MeasuredTable) -> tuple[int, str]:
-    """Number of the repeat that an attribute or a word of the name states, and which; 0 without one."""
+    """Number of the repeat stated by an attribute or a word of the name, and its source; 0 without one."""
     for name, number in table.scalars.items():
         if set(name_words(name)) & WORDS[Role.REPEAT] and number > 0 and number == int(number):
             return int(number), f'the scalar "{name}" of its file'
@@ -144,7 +144,7 @@ def _run_name(table: MeasuredTable) -> str:
 
 
 def _share_points(one: int, other: int) -> bool:
-    """Whether runs of two directions, or at two frequencies, measure the same points; 0 is both directions."""
+    """Whether two runs measure the same points, by their directions or frequency numbers; 0 is both directions."""
     return one == other or 0 in {one, other}
 
 
@@ -155,7 +155,7 @@ def _is_apart(group: Sequence[tuple[Run, int]], numbers: Sequence[int]) -> bool:
 
 
 def _count_repeats(group: Sequence[tuple[Run, int]]) -> list[int]:
-    """Each run has the first number that no earlier one with the same points has."""
+    """Number runs: each gets the first number that no earlier run with the same points has."""
     numbers: list[int] = []
     for place, (_, own) in enumerate(group):
         taken = {number for number, (_, other) in zip(numbers, group[:place], strict=True) if _share_points(own, other)}
@@ -164,7 +164,7 @@ def _count_repeats(group: Sequence[tuple[Run, int]]) -> list[int]:
 
 
 def _number(draft: ManifestDraft, runs: Sequence[Run], numbers: Sequence[int], called: str, evidence: str) -> None:
-    """Number runs of one level, unless they are one response that settles."""
+    """Write the repeat numbers of runs of one level; mark their test if the runs are one response that settles."""
     if {*numbers} == {1}:
         return
     why = evidence or f"{called} are taken as repeats"
@@ -179,16 +179,16 @@ def _number(draft: ManifestDraft, runs: Sequence[Run], numbers: Sequence[int], c
 
 
 def mark_settling(draft: ManifestDraft, test: str, frequency: Series, sizes: Sequence[Series]) -> None:
-    """Ask whether readings that follow each other at one frequency settle, and say so in their test.
+    """Ask whether successive readings at one frequency settle, and mark their test if they do.
 
     Parameters
     ----------
     draft
         Draft with the test.
     test
-        Its name.
+        Name of the test.
     frequency, sizes
-        Frequencies in the order of measurement, shape (n,), and the sizes of each response there, shape (n,) each.
+        Frequencies in the order of measurement, shape (n,), and moduli of each response there, shape (n,) each.
     """
     entry = draft.named("test", test)
     if entry is None or len(_find_blocks(frequency)) < FEWEST:
@@ -202,12 +202,12 @@ def mark_settling(draft: ManifestDraft, test: str, frequency: Series, sizes: Seq
 
 
 def _ask(draft: ManifestDraft, text: str, default: str, why: str) -> Marked:
-    """Whether readings are repeats or one response that settles."""
+    """Ask whether readings are repeats or one response that settles."""
     return draft.ask(f"{text}, or one response that is still settling?", default, why, REPEATS, SETTLING)
 
 
 def find_run_level(run: Run) -> float:
-    """Level of a run: its number, or the median or the amplitude of the measured force; NaN without either."""
+    """Level of a run: as stated, or the median or the amplitude of the measured force; NaN without either."""
     if "level" in run:
         return float(without_marks(run["level"]))
     force = make_complex_force(run.judged)
@@ -218,9 +218,9 @@ def find_run_level(run: Run) -> float:
 
 
 def find_run_direction(run: Run) -> int:
-    """+1 for a run whose frequency rises, -1 for one where it falls, 0 for both or neither.
+    """Direction of a run: +1 for rising frequency, -1 for falling frequency, 0 for both or neither.
 
-    A file of several passes goes back once for each, so that most of its steps tell.
+    A file of several passes in one direction has one step back per pass, so that the majority of the steps decides.
     """
     if "sweep" in run:
         return {"up": 1, "down": -1}.get(str(without_marks(run["sweep"])), 0)
@@ -233,18 +233,18 @@ def find_run_direction(run: Run) -> int:
 def is_settling(
     frequency: Float[NDArray[np.float64], " n"], response: Sequence[Float[NDArray[np.float64], " n"]]
 ) -> str:
-    """Whether readings that follow each other at one frequency are one response that settles, not repeats.
+    """Evidence that successive readings at one frequency are one response that settles, not repeats.
 
     Parameters
     ----------
     frequency
         Frequencies in the order of measurement, shape (n,).
     response
-        Sizes of the responses of each sensor, shape (n,) each.
+        Moduli of the responses of each sensor, shape (n,) each.
 
     Returns
     -------
-    The evidence; empty if they are not, or if there are too few readings to tell.
+    Evidence in words; empty if they do not settle, or there are too few readings.
     """
     blocks = _find_blocks(frequency)
     if len(blocks) < FEWEST:
@@ -256,7 +256,7 @@ def is_settling(
 
 
 def _find_blocks(frequency: Series) -> list[tuple[int, int]]:
-    """First and last reading, exclusive, of each frequency at which readings follow each other."""
+    """Start and end (exclusive) of each block of at least `FEWEST` successive readings at one frequency."""
     starts = np.flatnonzero(np.concatenate([[True], np.diff(frequency) != 0])).tolist()
     return [
         (start, end) for start, end in zip(starts, [*starts[1:], len(frequency)], strict=True) if end - start >= FEWEST

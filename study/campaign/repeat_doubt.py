@@ -1,7 +1,7 @@
-"""Runs that were taken for repeats and are not alike: their resonances are further apart than their peaks are wide.
+"""Detection of supposed repeats whose resonances are further apart than the width of their peaks.
 
-With several modes in the band, which of them is the highest changes from run to run. The peaks of two runs are
-therefore paired mode by mode, and the highest of each is compared with its partner.
+With several modes in the band, the mode with the highest peak may change from run to run. The peaks of two runs are
+therefore paired mode by mode, and the highest peak of each is compared with its partner.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,15 +28,15 @@ Series = Float[NDArray[np.float64], " n"]
 
 
 def doubt_repeats(draft: ManifestDraft) -> Iterator[str]:
-    """Pairs of repeats whose resonances differ, one sentence for each test and level.
+    """Find repeats with different resonances: one sentence on the worst pair of each group of repeats.
 
-    The half-power width of a peak is what damping alone spreads: two responses whose peaks are further apart share no
+    The half-power width of a peak is due to damping: two responses whose peaks are further apart do not have the same
     resonance, whatever their noise.
 
     Parameters
     ----------
     draft
-        Draft whose runs have their repeats.
+        Draft with numbered repeats.
     """
     groups: dict[tuple[object, ...], list[Run]] = {}
     for run in draft.entries["run"]:
@@ -67,7 +67,7 @@ def doubt_repeats(draft: ManifestDraft) -> Iterator[str]:
 
 
 def _response(run: Run) -> tuple[Series, Series]:
-    """Frequencies and sizes of the first response to the force."""
+    """Frequencies [Hz] and moduli of the first response, per force if there is one."""
     judged = run.judged
     mask = judged.mask(run.get("rows", {}))
     column, partner = pair_responses_with_phases(judged)[0]
@@ -80,7 +80,7 @@ def _response(run: Run) -> tuple[Series, Series]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WidePeak:
-    """A peak and the distance of the values on either side of it that fall to 1/sqrt(2) [Hz]."""
+    """Peak and its half-power width, between the nearest values on both sides below 1/sqrt(2) of it [Hz]."""
 
     peak: CurvePeak
     width: float
@@ -92,13 +92,13 @@ def read_peaks(frequency: Series, size: Series) -> tuple[WidePeak, ...]:
     Parameters
     ----------
     frequency, size
-        Frequencies in any order and sizes of the response, shape (n,) each. Of several at one frequency the largest
-        counts.
+        Frequencies in any order and moduli of the response, shape (n,) each. Of several at one frequency the largest
+        is used.
 
     Returns
     -------
-    Those that fall to half of their power on either side, before another one; none if the highest one does not, such as
-    a response that is largest at an end of the band.
+    Peaks that fall to half of their power on both sides before the next peak; none if the highest one does not, such as
+    in a response that is largest at an end of the band.
     """
     there = np.isfinite(frequency) & np.isfinite(size)
     lines, place = np.unique(frequency[there], return_inverse=True)
@@ -110,7 +110,7 @@ def read_peaks(frequency: Series, size: Series) -> tuple[WidePeak, ...]:
 
 
 def _measure_width(peak: CurvePeak, frequency: Series, size: Series) -> WidePeak | None:
-    """A peak with its width; None if it does not fall to half of its power on one side."""
+    """Peak with its width; None if it does not fall to half of its power on both sides."""
     half = size < peak.shape[0].real / np.sqrt(2)
     low = frequency[half & (frequency >= peak.low) & (frequency < peak.frequency)]
     high = frequency[half & (frequency <= peak.high) & (frequency > peak.frequency)]
@@ -118,7 +118,7 @@ def _measure_width(peak: CurvePeak, frequency: Series, size: Series) -> WidePeak
 
 
 def compare_peaks(one: Sequence[WidePeak], other: Sequence[WidePeak]) -> float | None:
-    """How far apart the highest peaks of two responses are from those of their modes in the other, relative [-].
+    """Relative frequency difference of the highest peak of each of two responses to its partner in the other [-].
 
     Parameters
     ----------
@@ -127,8 +127,8 @@ def compare_peaks(one: Sequence[WidePeak], other: Sequence[WidePeak]) -> float |
 
     Returns
     -------
-    None if no two of a mode are further apart than the wider of them is wide. A peak whose mode the other response does
-    not show is as far from it as from its highest peak.
+    Largest difference; None if no difference exceeds the larger width of the two peaks. A peak without a partner is
+    compared with the highest peak of the other response.
     """
     pairs = pair_modes([{0: item.peak} for item in one], [{0: item.peak} for item in other])
     back = {theirs: own for own, theirs in pairs.items()}

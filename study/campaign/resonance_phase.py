@@ -1,4 +1,4 @@
-"""What the phases at the peaks say of sensors: signs, and motions that neither a unit nor a name says."""
+"""Signs and unknown quantities of sensors, from the phases at the peaks."""
 
 from collections.abc import Iterator, Sequence
 
@@ -15,15 +15,15 @@ from study.campaign.table_kind import JudgedTable
 
 
 def find_sensor_signs(draft: ManifestDraft, tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
-    """Signs of sensors whose phases at the peaks are opposite to those of a sensor at the force.
+    """Find sensors whose phases at the peaks are opposite to those of a sensor at the force.
 
-    Where the file says that the sensor is at the force this is the sign of its readings. Elsewhere the shape may be the
-    cause, also with one sensor: that is a suspicion.
+    If the file states that the sensor is at the force, its readings have the opposite sign. Otherwise the mode shape
+    may be the cause, which is a suspicion.
 
     Parameters
     ----------
     draft
-        Draft that gets the suspicions.
+        Draft, to which the suspicions are added.
     tables
         Stepped sines and frequency responses.
     time_sign
@@ -31,14 +31,14 @@ def find_sensor_signs(draft: ManifestDraft, tables: Sequence[JudgedTable], time_
 
     Returns
     -------
-    -1 by the names of `list_phase_evidence`, with the evidence.
+    Sign -1 of sensors at the force, by their names in `list_phase_evidence`, marked with the evidence.
     """
     clear: dict[tuple[str, str], list[PhaseEvidence]] = {}
     at_force: set[tuple[str, str]] = set()
     for judged in tables:
         for name, column, evidence in _list_phases_under_force(judged):
             if find_direction_sign(column) < 0:
-                continue  # the file says the sign
+                continue  # the file states the sign
             quantity = judged.columns[column.name].quantity
             same_point = column.response is None or column.reference is None or is_driving_point(column)
             if evidence.stands_out and quantity in AT_RESONANCE and same_point:
@@ -64,10 +64,10 @@ def find_sensor_signs(draft: ManifestDraft, tables: Sequence[JudgedTable], time_
 
 
 def find_sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
-    """Motions of sensors of unknown quantity whose phases at the peaks are those of one at the force.
+    """Find unknown quantities of sensors: their phases at the peaks are compared with those of a sensor at the force.
 
-    All channels of one array have the motion of most of them: beyond a node a displacement has the phase of an
-    acceleration.
+    All channels of one array have the quantity of most of them: beyond a node of the mode shape a displacement has the
+    phase of an acceleration.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def find_sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[s
 
     Returns
     -------
-    Quantities by the names of `list_phase_evidence`, with the evidence.
+    Quantities by the names of the sensors in `list_phase_evidence`, marked with the evidence.
     """
     clear: dict[str, list[PhaseEvidence]] = {}
     arrays: dict[str, set[str]] = {}
@@ -111,20 +111,20 @@ def find_sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[s
 
 
 def _tell_phase(items: Sequence[PhaseEvidence], n_peak: int, time_sign: int) -> str:
-    """Phase at some of the peaks, in words."""
-    # Phases beside 180 degrees have either sign.
+    """Sentence on the phase at some of the peaks."""
+    # The mean is that of unit vectors, since phases near 180 degrees have either sign.
     at_peak = np.degrees(time_sign * np.angle(sum(np.exp(1j * item.at_peak) for item in items)))
     return f"its phase is about {at_peak:.0f} degrees at {len(items)} of {n_peak} peaks"
 
 
 def _list_phases_under_force(judged: JudgedTable) -> Iterator[tuple[str, Column, PhaseEvidence]]:
-    """Phases of the sensors of a table; none to a shaken base, to which all motions have another phase."""
+    """Phases of the sensors of a table driven by a force; none for a shaken base, to which all phases are different."""
     force = find_force_column(judged)
     if force is None or judged.columns[force.name].quantity != "acceleration":
         yield from list_phase_evidence(judged)
 
 
 def is_driving_point(column: Column) -> bool:
-    """Whether a function has its response where its reference is."""
+    """Whether the response and the reference of a column are at the same node."""
     response, reference = column.response, column.reference
     return response is not None and reference is not None and response.node == reference.node is not None

@@ -1,23 +1,23 @@
-"""What the names of files and groups say of a run: level, frequency, repeat, direction of sweep, configuration."""
+"""Level, frequency, repeat, direction of sweep and configuration of a run, from the names of files and groups."""
 
 import re
 
 from correlation.file.unit_label import find_unit
 
-#: Words that say that a structure was measured without its contacts.
+#: Words for a structure that was measured without its contacts.
 FREE = {"free", "frei", "unjointed", "nocontact"}
-#: Words in a row that say that it had them. They count beside "free", too, since every ring-down is a free decay.
+#: Phrases for a structure with its contacts. They override "free", since every ring-down is a free decay.
 WITH_CONTACTS = re.compile(r"\b(?:jointed|assembled|(?:with|mit) (?:joint|contact|kontakt))")
 WITHOUT_CONTACTS = re.compile(rf"\b(?:(?:{'|'.join(sorted(FREE))})\b|(?:without|no|ohne) (?:joint|contact|kontakt))")
 NUMBER = r"(?<![\d.])(\d+(?:[.,p]\d+)?)[ _]?"
-#: Units of levels in names: of a force, of a voltage that drives, of the acceleration of a base, of a drive in percent.
+#: Units of levels in names: of a force, a drive voltage, the acceleration of a base, or a drive in percent.
 LEVEL_UNITS = {
     "N": ("N", 1.0), "newton": ("N", 1.0), "mN": ("N", 1e-3), "kN": ("N", 1e3), "V": ("V", 1.0), "volt": ("V", 1.0),
     "Vrms": ("V", 1.0), "Vpk": ("V", 1.0), "mV": ("V", 1e-3), "g": ("g_n", 1.0), "ms2": ("m/s^2", 1.0),
     "%": ("%", 1.0), "pct": ("%", 1.0),
 }  # fmt: skip
 LEVEL_IN_NAME = re.compile(rf"{NUMBER}({'|'.join(LEVEL_UNITS)})(?![a-zA-Z])")
-#: Words before a force that is no level, and before one that is.
+#: Words before a force that is not a level, and before a level.
 OTHER_FORCE = re.compile(r"(?:preload|pre-load|torque|clamp|normal|vorspann[a-z]*|vorlast)[ _=-]*$", re.IGNORECASE)
 LEVEL_BEFORE = re.compile(r"(?:level|stufe|sweep|sine|drive)[ _=-]*$", re.IGNORECASE)
 HARMONIC_IN_NAME = re.compile(
@@ -29,56 +29,56 @@ RUN_IN_NAME = re.compile(
     r"(?<![A-Za-z])(?:run|lauf|messung|measurement|meas|trial|versuch|test|record)[ _-]?#?(\d+)", re.IGNORECASE
 )
 WAY = re.compile(r"(?<![a-z])(up|down)(?![a-z])[_ /-]?", re.IGNORECASE)
-#: Words of a name that tell a run, its level, direction, time or configuration, and no sensor.
+#: Words of a name that identify a run, its level, direction, time or configuration, and not a sensor.
 RUN = "rep|repeat|run|lauf|test|trial|versuch|meas|measurement|messung|hit|impact|shot|schlag|decay|level|sweep"
 WHEN = "day|tag|before|after|vorher|nachher|up|down|forward|backward|auf|ab"
 CONFIGURATION = "|".join([*sorted(FREE), "jointed"])
 OF_A_RUN = re.compile(rf"({RUN}|{WHEN}|{CONFIGURATION})?\d*|\d+k?Hz", re.IGNORECASE)
-#: Words that stand beside the level or number of a run.
+#: Words that accompany the level or number of a run.
 BESIDE = {"level", "rep", "repeat", "repetition"}
 
 
 def find_levels_in_name(name: str) -> list[re.Match[str]]:
-    """Levels in a name, those first that a word before them calls so; "preload_10N" is none."""
+    """Levels in a name, first those after a word such as "level"; "preload_10N" is not a level."""
     result = [one for one in LEVEL_IN_NAME.finditer(name) if not OTHER_FORCE.search(name[: one.start()])]
     return sorted(result, key=lambda one: LEVEL_BEFORE.search(name[: one.start()]) is None)
 
 
 def read_level(match: re.Match[str]) -> tuple[float, str]:
-    """Level of a match of `LEVEL_IN_NAME`, and its unit: N, V, g_n or %."""
+    """Level of a match of `LEVEL_IN_NAME`, and its unit: N, V, g_n, m/s^2 or %."""
     unit, factor = LEVEL_UNITS[match[2]]
     return factor * decimal(match[1]), unit
 
 
-#: What tells a column from those of other runs beside it. An underscore stands before a unit, "acc_1_V" is a channel,
-#: and behind "re" stands the reference of decibels.
+#: Patterns that distinguish columns of several runs in one table. A level has no underscore before its unit ("acc_1_V"
+#: is channel 1 in volts), and a number after "re" is a decibel reference.
 OF_A_LEVEL = r"(?<![A-Za-z\d.])(?<!re )(?<!re\. )(?<!rel )(?<!rel\. )\d+(?:[.,p]\d+)?"
 UNIT_OF_LEVEL = rf"(?:{'|'.join(LEVEL_UNITS)})(?![a-zA-Z0-9/])"
 LEVEL_OF_COLUMN = re.compile(rf"{OF_A_LEVEL}{UNIT_OF_LEVEL}")
 SPACED_LEVEL = re.compile(
     rf"(?:^|(?<=at )|(?<=bei )|(?<=level )|(?<=@ )|(?<=@)|(?<=[(\[])){OF_A_LEVEL} {UNIT_OF_LEVEL}"
 )
-#: Beside another unit: "Disp 3 N [um]", where "Force 3 N" may be channel 3 in newtons.
+#: Level in a name that has another unit, "Disp 3 N [um]"; without one, "Force 3 N" may be channel 3 in newtons.
 LEVEL_BESIDE_UNIT = re.compile(rf"{OF_A_LEVEL} {UNIT_OF_LEVEL}")
 WAY_OF_COLUMN = re.compile(r"(?<![a-z])(?:up|down|forward|backward)(?![a-z])", re.IGNORECASE)
-#: Set point of a displacement in the name of a run.
+#: Length in the name of a run, such as the set point of a displacement.
 LENGTH_IN_NAME = re.compile(rf"{NUMBER}[uµμnm]?m(?![A-Za-z])")
-#: A number with a unit may be a place, "acc 200mm", or what was imposed, "Weg 5um" and "Kraft 5um".
+#: Number with a unit other than that of a level: a place, "acc 200mm", or an imposed value, "Weg 5um" and "Kraft 5um".
 QUANTITY_OF_COLUMN = re.compile(r"(?<![A-Za-z\d.])\d+(?:[.,p]\d+)?(?:[uµμmn]m|rpm|k?Hz|Nm|deg|K|C|bar)(?![a-zA-Z0-9])")
 OF_COLUMN = (LEVEL_OF_COLUMN, SPACED_LEVEL, REPEAT_IN_NAME, RUN_IN_NAME, WAY_OF_COLUMN)
 
 
 def split_name(name: str, *patterns: re.Pattern[str], has_unit: bool = True) -> tuple[str, str]:
-    """Name of a channel without the words that some patterns find anywhere but in its unit, and these words.
+    """Split the name of a channel: name without the words that match the patterns outside its unit, and these words.
 
     Parameters
     ----------
     name
         Name of a column: "A_3N rep2 [um]".
     patterns
-        What tells one run from another.
+        Patterns that distinguish runs.
     has_unit
-        Whether its unit may stand in the name.
+        Whether the name may contain the unit.
 
     Returns
     -------
@@ -108,12 +108,12 @@ def find_frequency_in_name(name: str) -> float | None:
 
 
 def repeat_in_name(name: str) -> int | None:
-    """Number of the repeat in a name that calls it so, such as "sine_rep2"; None without one."""
+    """Number of the repeat in a name such as "sine_rep2"; None without one."""
     match = REPEAT_IN_NAME.search(name)
     return int(match[1]) if match else None
 
 
-#: Words of a name that tell where a sensor is, and no other test.
+#: Words of a name for the place of a sensor.
 PLACE = re.compile(
     r"tip|mid|middle|root|base|top|bottom|left|right|cent(?:er|re)|spitze|mitte|wurzel|fu(?:ss|ß)|links|rechts|oben|unten|"
     r"hub|shroud|rim|platform|(?:tip|root|mid|sensor|node|point|pos|position|ch|channel|kanal|punkt|knoten)\d+",
@@ -128,7 +128,7 @@ OF_A_FILE = re.compile(
 
 
 def list_condition_words(name: str) -> list[str]:
-    """Words of the name of a file that tell neither run, level, frequency, time nor place: "with", "damper", "12Nm"."""
+    """Words of a file name that are neither run, level, frequency, time nor place: "with", "damper", "12Nm"."""
     for match in reversed(find_levels_in_name(name)):
         name = name.replace(match[0], "_")
     for pattern in (FREQUENCY_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME, WAY):
@@ -141,15 +141,16 @@ def list_condition_words(name: str) -> list[str]:
 
 
 def find_last_number(name: str) -> int:
-    """The last number in a name that is no level or frequency; 0 if there is none."""
+    """Last number in a name that is not a level or a frequency; 0 if there is none."""
     numbers = re.findall(r"\d+", FREQUENCY_IN_NAME.sub("", LEVEL_IN_NAME.sub("", name)))
     return int(numbers[-1]) if numbers else 0
 
 
 def make_naming_scheme(name: str) -> str:
-    """A name without what tells the runs of one test apart: level, frequency, repeat, direction, a number at its end.
+    """Name without the words that distinguish runs of one test: level, frequency, repeat, direction, a final number.
 
-    Parts of the path of a group that say nothing else drop out: "level_3N/rep1/up" is as good as "level_3N_rep1".
+    Parts of the path of a group that contain nothing else are removed: "level_3N/rep1/up" gives the same scheme as
+    "level_3N_rep1".
     """
     for pattern in (WAY, LEVEL_IN_NAME, FREQUENCY_IN_NAME, REPEAT_IN_NAME):
         name = pattern.sub("", name)
@@ -161,5 +162,5 @@ def make_naming_scheme(name: str) -> str:
 
 
 def decimal(text: str) -> float:
-    """A number with a point, a comma or a "p" before its decimals."""
+    """Number with a point, a comma or a "p" before its decimals."""
     return float(text.replace(",", ".").replace("p", ".").replace("P", "."))

@@ -1,4 +1,4 @@
-"""Sensors of a draft, and the columns that hold their readings."""
+"""Sensors of a draft, and the columns of their readings."""
 
 from typing import Any
 
@@ -17,28 +17,28 @@ from study.campaign.question import Marked
 from study.campaign.table_kind import JudgedTable, Kind
 from study.campaign.unknown_unit import says_counts
 
-#: Up to so many sensors are asked for one by one.
+#: Largest number of sensors of a table whose places are asked one by one.
 FEW_SENSORS = 4
-#: Why readings of a converter have no unit.
+#: Reason why readings of an A/D converter have no unit.
 OF_COUNTS = (
     "integer counts of an A/D converter: the file does not state their size, so the amplitudes are not calibrated"
 )
-#: Why readings of a strain gauge have no unit of a motion.
+#: Reason why readings of a strain gauge have no unit of a motion.
 OF_STRAIN = "a strain: its ratio to a displacement is not known, so the amplitudes are not calibrated"
 OF_RAW = {COUNT: OF_COUNTS, STRAIN: OF_STRAIN}
-#: Why the quantity of a sensor is asked for.
+#: Reason for the question on the quantity of a sensor.
 NO_QUANTITY = "neither its unit nor its name states it"
-#: Fewest whole numbers that tell a converter, and the least of their largest: a few small ones are settings.
+#: Counts of a converter: smallest number of samples, and smallest value of the largest; few small numbers are settings.
 FEWEST_COUNTS, LEAST_COUNTS = 100, 100
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def find_raw_unit(column: Column, guess: Recognised) -> str:
-    """Unit of readings that a sensitivity has to scale, "count" or "strain"; empty for others.
+    """Unit of readings that need a sensitivity, "count" or "strain"; empty for others.
 
-    A channel without a unit holds whole numbers of a converter if its file or all of its values say so.
+    A channel without a unit has counts of a converter if the file states it or all values are whole numbers.
 
-    A channel in SI that was rounded to whole numbers has the same draft: one count is one unit, and is marked.
+    A channel in SI units rounded to whole numbers gives the same draft: its sensitivity, one count per unit, is marked.
     """
     if guess.unit:
         return STRAIN if guess.unit == STRAIN else ""
@@ -59,7 +59,7 @@ def choose_sensor_name(judged: JudgedTable, column: Column) -> str:
     if guess.quantity == LOAD_CELL:
         return guess.stem.replace(" ", "").upper()
     if guess.stem and guess.quantity in MOTIONS and not set(guess.stem.split()) & MOTION_WORDS[guess.quantity]:
-        # A case may have a sensor "tip" of another quantity.
+        # A case may have a sensor "tip" with another quantity.
         return f"{guess.stem} {guess.quantity}"
     if guess.stem.replace(" ", "").isdigit():
         return f"response {guess.stem}"
@@ -75,20 +75,20 @@ def add_sensor(
     needs_unit: bool,
     name: str = "",
 ) -> str:
-    """Add the sensor of a response unless it is there.
+    """Add the sensor of a response to the draft, unless it exists.
 
     Parameters
     ----------
     draft
-        Draft that grows.
+        Draft, extended in place.
     judged, column
-        Response and its table.
+        Table and its response.
     has_phase
-        Whether its values have a phase; None for a history, which needs none.
+        Whether its values have a phase; None for a time history, which needs none.
     needs_unit
         Whether its type of data refuses uncalibrated readings.
     name
-        Name that the rows give; empty for that of the column.
+        Name from the rows; empty for the name from the column.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def add_sensor(
 
 
 def ask_quantity(draft: ManifestDraft, name: str, guess: Recognised) -> str | Marked:
-    """What a sensor measures."""
+    """Quantity of a sensor, asked of the user if it is not known."""
     if guess.quantity in {*MOTIONS, LOAD_CELL}:
         return Marked(value=guess.quantity, assumed=guess.evidence) if guess.assumed else guess.quantity
     why = "a strain is a motion of unknown gain, in one mode" if guess.quantity == STRAIN else NO_QUANTITY
@@ -143,7 +143,7 @@ def reading(
     phase: Column | None = None,
     per: str = "",
 ) -> str | dict[str, Any]:
-    """Columns and unit of a quantity as the manifest names them.
+    """Entry of the manifest for a quantity: its columns and unit.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def reading(
     phase
         Column of the phase or imaginary part.
     per
-        Unit of a force, for a ratio; empty for none.
+        Unit of the force of a ratio; empty if the quantity is not a ratio.
     """
     guess = judged.columns[column.name]
     entry: dict[str, Any] = {}
@@ -194,7 +194,7 @@ def reading(
 def draft_drive_reading(
     draft: ManifestDraft, judged: JudgedTable, force: Column, *, phase: Column | None = None
 ) -> str | dict[str, Any]:
-    """Columns, unit and sign of the force that drives; a drive that is not calibrated has no unit of its own.
+    """Entry of the manifest for the drive: its columns, unit and sign; a drive that is not calibrated has no unit.
 
     Parameters
     ----------
@@ -214,19 +214,19 @@ def draft_drive_reading(
 
 
 def as_amplitude(entry: str | dict[str, Any]) -> dict[str, Any]:
-    """A reading whose column holds sizes without phases."""
+    """Reading as an amplitude without a phase."""
     if isinstance(entry, str):
         return {"amplitude": entry}
     return {"amplitude" if key == "column" else key: value for key, value in entry.items()}
 
 
 def find_direction_sign(column: Column) -> int:
-    """-1 for a channel that reads against its axis, as "-z"; `add_sensor` names the axis without its sign."""
+    """Sign of a channel: -1 if it measures against its axis, "-z"; `add_sensor` writes the axis without the sign."""
     return -1 if column.response is not None and column.response.direction.startswith("-") else 1
 
 
 def with_sign(entry: str | dict[str, Any], sign: int | Marked) -> str | dict[str, Any]:
-    """A reading with its sign, which is left out where it is 1."""
+    """Reading with its sign, which is omitted if it is 1."""
     if sign == 1:
         return entry
     return {**({"column": entry} if isinstance(entry, str) else entry), "sign": sign}
@@ -241,7 +241,7 @@ def _choose_unit(quantity: str, guess: Recognised, per: str) -> Marked:
 
 
 def _position(draft: ManifestDraft, judged: JudgedTable, column: Column, name: str) -> dict[str, Any]:
-    """Direction and place: of the file where it says them."""
+    """Direction and place of a sensor, from the file or asked of the user."""
     point, nodes = column.response, judged.table.file.nodes
     count = len([one for one in judged.table.columns if judged.columns[one.name].role is Role.RESPONSE])
     which = f'sensor "{name}"' if count <= FEW_SENSORS else f"the sensors of {judged.table.file.path.name}"
@@ -250,18 +250,18 @@ def _position(draft: ManifestDraft, judged: JudgedTable, column: Column, name: s
 
 
 def draft_position(draft: ManifestDraft, which: str, axis: str, node: Node | None) -> dict[str, Any]:
-    """Direction and place of a sensor: what its file says, and else what is asked.
+    """Direction and place of a sensor, as stated in its file, else asked of the user.
 
     Parameters
     ----------
     draft
-        Draft that asks.
+        Draft, for questions.
     which
-        The sensor, or all those that stand at the same unknown place, in words.
+        Sensor, or all sensors of the question, in words.
     axis
-        "x" and the like; empty if not stated in the file.
+        Axis of `AXES`; empty if not stated in the file.
     node
-        Coordinates that the file gives, shape (3,) [m]; None without any.
+        Coordinates in the file, shape (3,) [m]; None without any.
     """
     if axis and node is not None:
         return {"direction": axis, "coordinates": [f"{coordinate:.9g} m" for coordinate in node.tolist()]}

@@ -1,4 +1,4 @@
-"""Names of tests: files of equal columns are runs of one test, unless words of their names tell other tests."""
+"""Names of tests: files of equal columns are runs of one test, unless words of their names distinguish tests."""
 
 from collections.abc import Sequence
 
@@ -15,21 +15,21 @@ from study.campaign.run_name import LENGTH_IN_NAME, QUANTITY_OF_COLUMN, list_con
 from study.campaign.table import make_file_stem
 from study.campaign.table_kind import JudgedTable, Kind
 
-#: Kinds of tables whose entries belong to no test.
+#: Kinds of tables whose entries have no test.
 WITHOUT_TEST = {Kind.RING_DOWN, Kind.LOOP, Kind.FREQUENCY_RESPONSE}
 
 
 def name_tests(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> dict[int, str]:
-    """Test of each table, by its identity.
+    """Name of the test of each table, by the `id` of the table.
 
-    Tables of equal columns are runs of one test. Words of the names of their files that tell neither a run, a level, a
-    direction nor a sensor tell other tests, "with_damper_1N" and "without_damper_1N", and so do quantities in the names
-    of columns that are no levels, "Acc 1000rpm" and "Acc 2000rpm".
+    Tables of equal columns are runs of one test. Words in the names of their files that denote neither a run, a level,
+    a direction nor a sensor distinguish tests, "with_damper_1N" and "without_damper_1N", and so do quantities in the
+    names of columns that are not levels, "Acc 1000rpm" and "Acc 2000rpm".
 
     Parameters
     ----------
     draft
-        Draft that gets what only names tell.
+        Draft, to which suspicions about tests that differ only by words are added.
     tables
         Stepped sines and steady states.
     """
@@ -65,9 +65,9 @@ def name_tests(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> dict[int,
 
 
 def suspect_structures(tables: Sequence[JudgedTable]) -> list[str]:
-    """Suspicion about equal channels in groups or files whose words may name structures, "Fe.Out" and "Al.Out".
+    """Suspicions on groups or files of equal channels whose names may denote structures, "Fe.Out" and "Al.Out".
 
-    Runs of a stepped sine have tests, which `name_tests` names; ring-downs, loops and frequency responses have none.
+    Only ring-downs, loops and frequency responses are checked; other runs have tests, which `name_tests` distinguishes.
     """
     alike: dict[tuple[str, ...], list[JudgedTable]] = {}
     for judged in tables:
@@ -88,18 +88,18 @@ def suspect_structures(tables: Sequence[JudgedTable]) -> list[str]:
 
 
 def _list_channels(judged: JudgedTable, tables: Sequence[JudgedTable]) -> list[str]:
-    """Names of the channels of a table; those of all sets of channels beside it, which are of one test."""
+    """Names of the channels of a table and of the other sets of channels in its group, which belong to one test."""
     own = judged.table
     beside = [own]
     if own.of_set:
         beside = [one.table for one in tables if one.table.file is own.file and one.table.path == own.path]
     names = [table.short_name(column) for table in beside for column in table.columns]
-    # Datasets of one channel differ by their number, and their abscissas by a number in brackets.
+    # The names of datasets of one channel differ by a number, those of their abscissas by a number in brackets.
     return sorted({AGAIN.sub("", DATASET.sub("", name)) for name in names})
 
 
 def _list_words(judged: JudgedTable) -> tuple[str, ...]:
-    """Words of the names of a file and of columns that may tell a test: those of a sensor tell none."""
+    """Words in the names of a file and of columns that may distinguish tests, without those of sensors."""
     of_sensors = {word for guess in judged.columns.values() for word in guess.stem.split()}
     path = judged.table.path if judged.kind in WITHOUT_TEST else ""
     name = " ".join(
@@ -117,6 +117,6 @@ def _is_response_controlled(judged: JudgedTable) -> bool:
 
 
 def _find_common_start(names: Sequence[str]) -> str:
-    """The letters with which all names begin."""
+    """Common beginning of all names."""
     first, last = min(names), max(names)
     return next((first[:n] for n, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), first)

@@ -1,4 +1,4 @@
-"""Set points: columns whose value changes only between passes, not while the frequency or the time goes on."""
+"""Set points: columns whose value changes between passes, not within a pass over frequency or time."""
 
 import numpy as np
 from jaxtyping import Float
@@ -6,19 +6,19 @@ from numpy.typing import NDArray
 
 Series = Float[NDArray[np.float64], " n"]
 
-#: A control holds its set point within this share [-].
+#: Largest relative difference of a controlled value from its set point [-].
 HELD = 0.05
 
 
 def changes_between_passes(values: Series, abscissa: Series) -> bool:
-    """Whether most changes of a column lie where its abscissa turns, begins anew or stands.
+    """Whether most changes of a column are where its abscissa reverses, restarts or is constant.
 
-    A force that drops near a resonance, or that steps while the time goes on, was measured; it is no set point.
+    A force that drops near a resonance, or changes within a pass over time, is measured and not a set point.
 
     Parameters
     ----------
     values, abscissa
-        The column, and its frequency or time, in the order of measurement, shape (n,) each.
+        Values of the column, and its frequency or time, in the order of measurement, shape (n,) each.
     """
     step = np.sign(np.diff(abscissa))
     on = step != 0

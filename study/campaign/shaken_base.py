@@ -1,4 +1,4 @@
-"""Columns of a vibration controller: it keeps the acceleration of the shaken base at a demand, by a voltage."""
+"""Columns of a vibration controller, which controls the acceleration of a shaken base by a voltage."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,14 +12,14 @@ CONTROL_WORDS, DEMAND_WORDS = {"control", "regelsignal"}, {"demand", "target", "
 
 
 def recognise_controller(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """The acceleration called "control" as what drives, beside a demand or a voltage; others as they are.
+    """Recognise the acceleration "control" as the drive, if the table has a demand or a voltage; else no change.
 
     Parameters
     ----------
     table
         Table.
     columns
-        What its columns are by themselves.
+        Judgement on each column.
     """
     words = {one.name: set(name_words(table.short_name(one))) for one in table.columns}
     of_motion = [one for one in table.columns if columns[one.name].quantity == "acceleration"]

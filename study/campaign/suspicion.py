@@ -1,4 +1,4 @@
-"""What looks wrong or needs care in measured tables, each with its evidence."""
+"""Suspected mistakes in measured tables, with their evidence."""
 
 from collections.abc import Sequence
 
@@ -21,9 +21,9 @@ from study.campaign.time_history import FLAT, compute_share_near_limit
 
 Series = Float[NDArray[np.float64], " n"]
 
-#: A force that varies by this factor within one pass is not the same level everywhere.
+#: Smallest ratio of the largest to the smallest force of a table that is reported as a varying force [-].
 FORCE_FACTOR = 1.3
-#: A share of samples at the largest value from which a channel is taken to clip [-].
+#: Fraction of samples at the largest or smallest value above which a channel is suspected to clip [-].
 CLIPPED = 0.01
 
 
@@ -50,7 +50,7 @@ def list_suspicions(tables: Sequence[JudgedTable]) -> list[str]:
 
 
 def _suspect_branches(judged: JudgedTable) -> list[str]:
-    """Sweeps on two branches."""
+    """Report rising and falling sweeps on two branches."""
     frequency, sweeps = judged.of_role(Role.FREQUENCY)[0], judged.of_role(Role.SWEEP)
     sentences = []
     for rows in judged.rows():
@@ -76,7 +76,7 @@ def _suspect_branches(judged: JudgedTable) -> list[str]:
 
 
 def _find_rises(frequency: Series) -> Bool[NDArray[np.bool_], " n"]:
-    """Whether the frequency rises at each row; one that stands for several readings goes on as before."""
+    """Whether the frequency rises at each row; rows of equal frequency have the direction before them."""
     steps = np.sign(np.diff(frequency))
     moving = np.flatnonzero(steps)
     if not len(moving):
@@ -87,7 +87,7 @@ def _find_rises(frequency: Series) -> Bool[NDArray[np.bool_], " n"]:
 
 
 def _suspect_varying_force(judged: JudgedTable) -> list[str]:
-    """A force that drops within a pass, as that of a shaker does at a resonance."""
+    """Report a force that varies, such as that of a shaker at a resonance."""
     force, values = find_force_column(judged), make_complex_force(judged)
     if force is None or values is None:
         return []
@@ -104,7 +104,7 @@ def _suspect_varying_force(judged: JudgedTable) -> list[str]:
 
 
 def _suspect_frequency_of_name(judged: JudgedTable) -> list[str]:
-    """A drive at another frequency than that in the name of the file."""
+    """Report a drive frequency that differs from that in the name of the file."""
     differ = find_contradicted_frequency(judged)
     if differ is None:
         return []
@@ -147,8 +147,8 @@ def _suspect_clipping(judged: JudgedTable) -> list[str]:
 
 
 def _share_at(values: Series, limit: float) -> float:
-    """Share of samples with a value [-]; 0 if no three of them follow each other, or for the value 0."""
+    """Fraction of samples with a value [-]; 0 unless three of them are successive, and for the value 0."""
     there = values == limit
-    # A sine that is sampled in step with its period has its largest value often, but not in a row.
+    # A sine sampled synchronously with its period often has its largest value, but not in successive samples.
     in_a_row = bool((there[2:] & there[1:-1] & there[:-2]).any())
     return float(np.mean(there)) if in_a_row and limit != 0 else 0.0

@@ -1,4 +1,4 @@
-"""Tables within measured files: columns of one length that belong together."""
+"""Tables in measured files: columns of equal length that belong together."""
 
 import re
 import unicodedata
@@ -11,9 +11,9 @@ from correlation.file.format.lvm import SEGMENTS
 from study.campaign.column_role import Role, recognise_column
 from study.campaign.run_name import LEVEL_IN_NAME, make_naming_scheme, read_level
 
-#: Shorter columns are parameters, not series.
+#: Smallest length of a series; shorter columns are parameters.
 FEWEST = 3
-#: Names of the one array in a structure that is called as its quantity is.
+#: Names of the only array in a structure, whose own name is that of the quantity.
 OF_ONE = {"value", "values", "data", "val"}
 INDEX = re.compile(r"(\([\d:,]+\)|\[[\d,]+\])$")
 
@@ -29,13 +29,13 @@ class MeasuredTable:
     path
         Common part of the names of its columns, such as "run(2)"; empty for a whole file.
     columns
-        Columns of one length.
+        Columns of equal length.
     scalars
-        Single numbers that stand beside them, by their short names.
+        Single numbers in the same group, by their short names.
     group
-        Group in which all channels of the file stand, and which tells nothing apart; empty for none.
+        Group of all channels of the file, if there is only one; else empty.
     of_set
-        Words that tell these channels from other sets of channels beside them, such as "3N"; empty without others.
+        Words that distinguish these channels from other sets of channels of the table, such as "3N"; empty for one set.
     names
         Names of channels without these words, by the names of their columns.
     harmonic
@@ -52,7 +52,7 @@ class MeasuredTable:
     harmonic: int = 1
 
     def short_name(self, column: Column) -> str:
-        """Name of a column without the path of the table and without the words that tell its set of channels."""
+        """Name of a column without the path of the table and without the words of its set of channels."""
         if column.name in self.names:
             return self.names[column.name]
         short = column.name.removeprefix(self.path or self.group).lstrip("./") or column.name
@@ -60,22 +60,22 @@ class MeasuredTable:
 
     @property
     def label(self) -> str:
-        """Name of the table for people and for names of tests."""
+        """Name of the table, for messages and names of tests."""
         return " ".join(word for word in (make_file_stem(self.file.path.name), self.path, self.of_set) if word)
 
     @property
     def place(self) -> str:
-        """File, group in it and set of channels, for messages."""
+        """File, group in the file and set of channels, for messages."""
         return ", ".join(word for word in (self.file.path.name, self.path, self.of_set) if word)
 
 
 def make_file_stem(name: str) -> str:
-    """Name of a file without its suffix, also of a compressed one, with each accent in its letter."""
+    """Name of a file without its suffix and ".gz", in Unicode form NFC."""
     return unicodedata.normalize("NFC", Path(name.removesuffix(".gz")).stem)
 
 
 def split_tables(file: MeasuredFile) -> list[MeasuredTable]:
-    """Tables of a file: by abscissa where the file says it, else by path and length.
+    """Split a file into tables, by abscissa if the file states it, else by path and length.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def split_tables(file: MeasuredFile) -> list[MeasuredTable]:
 
     Returns
     -------
-    Tables in the order of the file, without parameters and single words.
+    Tables in the order of the file; columns shorter than `FEWEST` are left out.
     """
     groups: dict[tuple[str, str, int], list[Column]] = {}
     channels = _find_channels_of_groups(file)
@@ -99,7 +99,7 @@ def split_tables(file: MeasuredFile) -> list[MeasuredTable]:
             groups.setdefault((abscissa, path, len(column.values)), []).append(column)
     tables = []
     for (abscissa, path, length), columns in groups.items():
-        # What stands at the top of a file holds for all tables of its length.
+        # Columns at the top level of a file belong to all tables of their length.
         common = groups.get((abscissa, "", length), []) if path else []
         scalars = _find_attributes(columns) | _find_scalars(file, path)
         tables.append(MeasuredTable(file=file, path=path, columns=(*common, *columns), scalars=scalars, group=single))
@@ -108,7 +108,7 @@ def split_tables(file: MeasuredFile) -> list[MeasuredTable]:
 
 
 def _find_structures_of_one(file: MeasuredFile) -> dict[str, str]:
-    """Path above structures of one column each, "freq.value" and "acc.value", if a time or frequency is among them."""
+    """Common path of structures with one column each, "freq.value" and "acc.value", if one is a time or a frequency."""
     alone: dict[tuple[str, int], list[Column]] = {}
     for column in file.columns:
         parts = column.name.split("/" if file.format == "hdf5" else ".")
@@ -124,13 +124,13 @@ def _find_structures_of_one(file: MeasuredFile) -> dict[str, str]:
 
 
 def _without_last(name: str) -> str:
-    """Name of a structure of one column: "freq" of "freq.value"."""
+    """Name of a structure with one column: "freq" for "freq.value"."""
     whole, mark, last = re.match(r"(.*?)([./]?)([^./]*)$", name).groups()  # type: ignore[union-attr]
     return whole if mark and last.lower() in OF_ONE else name
 
 
 def _stands_alone(table: MeasuredTable, tables: list[MeasuredTable]) -> bool:
-    """Whether a table at the top of a file is more than the common columns of others."""
+    """Whether a table at the top level of a file has more than the common columns of others."""
     return not any(set(table.columns) < set(other.columns) for other in tables)
 
 
@@ -146,7 +146,7 @@ def _find_path(name: str, format_name: str) -> str:
 
 
 def _find_channels_of_groups(file: MeasuredFile) -> dict[str, dict[str, Column]]:
-    """Channels of groups of a TDMS file, or of segments of LabVIEW, by their names in these; empty for others."""
+    """Channels of the groups of a TDMS file or the segments of a LabVIEW file, by group and name; empty for others."""
     groups: dict[str, dict[str, Column]] = {}
     for column in file.columns if file.format == "tdms" or SEGMENTS in file.facts else ():
         if group := _group(column.name):
@@ -159,9 +159,9 @@ def _group(name: str) -> str:
 
 
 def _find_groups_of_runs(groups: Mapping[str, Mapping[str, Column]]) -> set[str]:
-    """Groups that are runs of one set of sensors: they have equal channels, of which one is the force, or run names.
+    """Groups that are runs of one set of sensors: they have equal channels with a force, or names of one naming scheme.
 
-    Groups "tip" and "root" with equal channels and one force are no runs but places.
+    Groups "tip" and "root" with equal channels and no force in them are places, not runs.
     """
     alike: dict[frozenset[str], list[str]] = {}
     for group, channels in groups.items():
@@ -173,12 +173,12 @@ def _find_groups_of_runs(groups: Mapping[str, Mapping[str, Column]]) -> set[str]
     driven = any(recognise_column(column, name).role is Role.FORCE for name, column in first.items())
     if not driven and len({make_naming_scheme(group) for group in members}) > 1:
         return set()
-    # A run that lacks a channel is a run.
+    # A group that lacks some channels is a run as well.
     return {group for group, channels in groups.items() if set(channels) <= names}
 
 
 def _find_attributes(columns: Sequence[Column]) -> dict[str, float]:
-    """Numbers that the file says of all columns alike, such as attributes of their group."""
+    """Numbers in the common facts of all columns, such as attributes of their group."""
     shared = set.intersection(*(set(column.facts.items()) for column in columns))
     numbers = {key: number for key, text in shared if (number := _number(text)) is not None}
     for key, text in shared:

@@ -1,4 +1,4 @@
-"""What a table of a measured file is: frequency responses, stepped sine, ring-downs, loops, steady states, records."""
+"""Kind of a table of a measured file: frequency responses, stepped sine, ring-downs, loops, steady states, records."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -45,7 +45,7 @@ from study.campaign.unknown_unit import find_written_unit
 
 
 class Kind(Enum):
-    """Types of tables."""
+    """Kind of a table."""
 
     TIDY = "tidy table"
     FREQUENCY_RESPONSE = "frequency responses"
@@ -60,20 +60,20 @@ class Kind(Enum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JudgedTable:
-    """A table, its kind and its columns.
+    """Table with the judgement on its kind and its columns.
 
     Parameters
     ----------
     table
         Table.
     kind
-        What it is.
+        Kind of the table.
     evidence
-        Why.
+        Reason of the judgement, in words.
     columns
         Judgement on each column, by its name.
     settings
-        Columns that are constant in blocks of rows: each combination of their values is a series of its own.
+        Columns that are constant in blocks of rows: each combination of their values is a separate series.
     """
 
     table: MeasuredTable
@@ -83,7 +83,7 @@ class JudgedTable:
     settings: tuple[Column, ...] = ()
 
     def of_role(self, *roles: Role) -> list[Column]:
-        """Columns of some roles, in the order of the file."""
+        """Columns of some roles, in the order of the file; settings only if the role of levels is among them."""
         used = {column.name for column in self.settings} if Role.LEVEL not in roles else set()
         return [
             column
@@ -92,7 +92,7 @@ class JudgedTable:
         ]
 
     def rows(self) -> list[dict[str, float | str]]:
-        """Combinations of the settings in the order of the file; one without settings is empty."""
+        """Combinations of the settings in the order of the file; without settings a single empty one."""
         if not self.settings:
             return [{}]
         stacked = np.stack([column.values for column in self.settings], axis=1)
@@ -102,7 +102,7 @@ class JudgedTable:
         return [{column.name: get_value(column, row) for column in self.settings} for row in np.sort(first).tolist()]
 
     def mask(self, rows: Mapping[str, float | str]) -> np.ndarray:
-        """Rows of one combination, shape (n,)."""
+        """Mask of the rows of one combination, shape (n,)."""
         mask = np.ones(len(self.table.columns[0].values), dtype=bool)
         for column in self.settings:
             wanted = rows[column.name]
@@ -110,34 +110,35 @@ class JudgedTable:
         return mask
 
 
-#: Format of tables whose header anyone can edit.
+#: Format of tables whose header the user can edit.
 PLAIN_TABLE = "csv"
-#: Begins the evidence of a time or frequency beside the one that is the abscissa.
+#: Beginning of the evidence of a time or frequency that is not the abscissa.
 SECOND = "a second"
-#: Begins the evidence of a channel that only the name of its file or group tells.
+#: Beginning of the evidence of a channel that only the name of its file or group describes.
 OF_FILE = "the name of its file or group"
 #: Columns of the tidy tables of a campaign.
 TIDY = {"test", "order", "repeat", "sweep", "level", "frequency", "sensor", "harmonic", "real", "imag", "unit"}
-#: Words of the names of files that hold such ratios.
+#: Words in the names of files with frequency responses.
 FRF_FILES = {"frf", "frfs", "hammer"}
 LOOP_WORDS = {"loop", "loops", "hysteresis", "hysterese", "hyst", "damper", "friction", "cycle", "cyclic"}
 SPECTRA = ("auto spectrum", "cross spectrum", "spectral density", "coherence", "correlation")
-#: Fewer samples without a time are parameters, not a record.
+#: Smallest number of samples of a record or loop without a time.
 FEWEST_SAMPLES = 200
 MOST_SETTINGS = 60
-#: Samples of a history are nearer than this share of a period [-].
+#: Largest step of a time history, as a fraction of a period [-].
 NYQUIST = 0.5
 HERTZ = {"Hz": 1.0, "mHz": 1e-3, "kHz": 1e3, "rpm": 1 / 60, "rad/s": 1 / (2 * np.pi)}
-#: A turn is a peak of this share of all displacements [-]; a slow cycle has at least so many rows.
+#: Smallest prominence of a turning point over the range of the displacement [-], and smallest number of rows per cycle.
 PROMINENT, ROWS_OF_CYCLE = 0.02, 20
-#: A force that answers an imposed displacement has more of its power beside its first line [-].
+#: Smallest fraction of power outside the fundamental, of a force in response to an imposed displacement [-].
 DISTORTED = 1e-3
-#: Of a motion that is neither steady nor decays, by this ratio: a shaker near a resonance distorts its force, too.
+#: Smallest ratio of this fraction to that of the displacement, for unsteady cycles [-]: a shaker near a resonance also
+#: distorts its force.
 MUCH_LESS_HARMONIC = 10.0
 
 
 def judge_table(table: MeasuredTable) -> JudgedTable:
-    """Kind of a table and roles of its columns.
+    """Judge the kind of a table and the roles of its columns.
 
     Parameters
     ----------
@@ -176,7 +177,7 @@ def judge_table(table: MeasuredTable) -> JudgedTable:
 
 
 def _lacks_response(judged: JudgedTable) -> str:
-    """Why a table is of no use, by what it has instead of a response."""
+    """Reason why a table without a response is not used, from its other columns."""
     if foreign := judged.of_role(Role.FOREIGN):
         return f'it has no motion: "{foreign[0].name}": {judged.columns[foreign[0].name].evidence}'
     if unknown := describe_unknown_units(judged):
@@ -199,7 +200,7 @@ def _lacks_response(judged: JudgedTable) -> str:
 
 
 def _to_add(table: MeasuredTable) -> str:
-    """How the frequencies of complex numbers are added to a file of its format."""
+    """Remedy for complex numbers without frequencies, by the format of the file."""
     if table.file.format == "uff":
         return "give its abscissa in Hz, as type 18 in dataset 58"
     if table.file.format in OF_ARRAYS:
@@ -208,7 +209,7 @@ def _to_add(table: MeasuredTable) -> str:
 
 
 def _describe_even_column(judged: JudgedTable) -> str:
-    """Why a column that rises in equal steps leaves a table without abscissa; empty without one."""
+    """Sentence on a column in equal steps that may be a time or a frequency; empty without one."""
     column = next((one for one in judged.table.columns if judged.columns[one.name].evidence == EITHER), None)
     if column is None:
         return ""
@@ -220,7 +221,7 @@ def _describe_even_column(judged: JudgedTable) -> str:
 
 
 def suggest_unit_remedy(judged: JudgedTable) -> str:
-    """What can be done about a unit that is not understood."""
+    """Remedy for a unit that is not understood."""
     in_manifest = 'name the column with its unit in the manifest, { column = "...", unit = "um" } (docs/campaign.md)'
     if judged.table.file.format != PLAIN_TABLE:
         return in_manifest
@@ -228,7 +229,7 @@ def suggest_unit_remedy(judged: JudgedTable) -> str:
 
 
 def describe_unknown_units(judged: JudgedTable) -> list[str]:
-    """Columns whose unit is not understood, each with the remedy."""
+    """Sentences on columns whose unit is not understood, each with the remedy."""
     return [
         f'"{column.name}": {guess.evidence}; {suggest_unit_remedy(judged)}'
         for column in judged.of_role(Role.OTHER)
@@ -247,7 +248,7 @@ def _as(judged: JudgedTable, kind: Kind, evidence: str) -> JudgedTable:
 
 
 def _mark_force_symbols(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """Beside a time or a frequency of another name, F is a force."""
+    """Recognise F as a force, if another column is a time or a frequency."""
     forces = {
         column.name: force
         for column in table.columns
@@ -261,7 +262,7 @@ def _mark_force_symbols(table: MeasuredTable, columns: Mapping[str, Recognised])
 
 
 def _name_of_file(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """Channels of which nothing else is known are what the name of their file or group says: "velocity.wav"."""
+    """Give channels of unknown quantity the quantity in the name of their file or group: "velocity.wav"."""
     words = set(name_words(f"{make_file_stem(table.file.path.name)} {table.path or table.group}"))
     unknown = [name for name, guess in columns.items() if guess.role is Role.RESPONSE and not guess.quantity]
     motions = [motion for motion in MOTIONS if any(len(word) > 1 for word in words & MOTION_WORDS[motion])]
@@ -277,7 +278,7 @@ def _name_of_file(table: MeasuredTable, columns: Mapping[str, Recognised]) -> di
 
 
 def _mark_raw_voltages(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """A voltage beside a column of the same name in another unit is the raw reading of it: "Force (V)", "Force (N)"."""
+    """Mark a voltage with the name of a column in another unit as its raw reading: "Force (V)", "Force (N)"."""
     result = dict(columns)
     for column in table.columns:
         words = name_words(table.short_name(column))
@@ -296,7 +297,7 @@ def _mark_raw_voltages(table: MeasuredTable, columns: Mapping[str, Recognised]) 
 
 
 def _mark_strains(columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """Strains, whose gain is not known, are of no use beside a motion."""
+    """Mark strains as not used, if the table has a motion: their ratio to a displacement is unknown."""
     has_motion = any(guess.role is Role.RESPONSE and guess.quantity in MOTIONS for guess in columns.values())
     strains = [name for name, guess in columns.items() if guess.quantity == STRAIN] if has_motion else []
     why = "a strain, not a motion, and the table also contains a motion"
@@ -304,7 +305,7 @@ def _mark_strains(columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
 
 
 def _choose_abscissa(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """Of several times or frequencies the first that varies most is the abscissa."""
+    """Choose the abscissa among several times or frequencies: the first with the most distinct values."""
     result = dict(columns)
     for role in (Role.TIME, Role.FREQUENCY):
         candidates = [column for column in table.columns if columns[column.name].role is role]
@@ -316,7 +317,7 @@ def _choose_abscissa(table: MeasuredTable, columns: Mapping[str, Recognised]) ->
 
 
 def _mark_time_stamps(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """A time beside a frequency is a time stamp if there are phases, or if a step of it is no part of a period."""
+    """Mark a time in a table over frequency as a time stamp, if there are phases or its steps exceed half a period."""
     result = dict(columns)
     time, frequency = (
         next((one for one in table.columns if columns[one.name].role is role), None)
@@ -340,20 +341,20 @@ def _mark_time_stamps(table: MeasuredTable, columns: Mapping[str, Recognised]) -
 
 
 def _mark_unknown_responses(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """Without any known response, what is unknown beside a time or a frequency is one, and so are voltages."""
+    """Recognise unknown columns and several voltages as responses, if no response is known over time or frequency."""
     roles = {guess.role for guess in columns.values()}
     result = dict(columns)
     if Role.RESPONSE in roles or not roles & {Role.TIME, Role.FREQUENCY}:
         return result
     voltages = [name for name, guess in columns.items() if guess.role is Role.FORCE and guess.quantity == "voltage"]
-    # One is the drive; a channel of several that are all called "voltage" is any.
+    # A single voltage is the drive; of several voltages any may be the drive.
     for name in voltages if len(voltages) > 1 else ():
         result[name] = replace(
             columns[name], role=Role.RESPONSE, evidence="only voltages: any of them may be the drive"
         )
     for column in table.columns:
         guess = columns[column.name]
-        # A second time is no motion, nor is what may be a time.
+        # A second time or frequency, or a column that may be one, is not a response.
         known = not guess.evidence.startswith((UNKNOWN_UNIT, SECOND, EITHER))
         if (
             guess.role is Role.OTHER
@@ -367,9 +368,9 @@ def _mark_unknown_responses(table: MeasuredTable, columns: Mapping[str, Recognis
 
 
 def _mark_level_steps(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """What has few values beside frequencies, one in each pass, is the set point of a level: a force, or any column.
+    """Recognise columns over frequency with few values, each constant over a pass, as levels: forces, or any column.
 
-    Where neither force nor level is known, the name of such a column does not matter, unless it counts the passes.
+    A column with an unknown name is a level only if neither force nor level is known and it does not count the passes.
     """
     result = dict(columns)
     frequency = next((one.values for one in table.columns if columns[one.name].role is Role.FREQUENCY), None)
@@ -392,7 +393,7 @@ def _mark_level_steps(table: MeasuredTable, columns: Mapping[str, Recognised]) -
 
 
 def _may_be_level(column: Column) -> bool:
-    """Whether a column of an unknown name may hold levels: positive numbers that do not count the passes."""
+    """Whether a column with an unknown name may contain levels: positive numbers that do not count the passes."""
     values = np.unique(column.values)
     quantity = OF_UNIT.get(column.unit, "")
     if column.words or np.iscomplexobj(values) or not values[0] > 0 or quantity in {"frequency", "time", "angle"}:
@@ -401,7 +402,7 @@ def _may_be_level(column: Column) -> bool:
 
 
 def _mark_dead_drives(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """Beside another force, one that is zero in all rows does not drive."""
+    """Mark forces that are zero in all rows as not used, if there is another force."""
     forces = [one for one in table.columns if columns[one.name].role is Role.FORCE]
     dead = [one.name for one in forces if not np.any(one.values)]
     if len(dead) == len(forces):
@@ -411,7 +412,7 @@ def _mark_dead_drives(table: MeasuredTable, columns: Mapping[str, Recognised]) -
 
 
 def _find_settings(table: MeasuredTable, columns: Mapping[str, Recognised]) -> tuple[Column, ...]:
-    """Columns that name the series of a row: levels, sensors, harmonics, and whatever is constant in blocks."""
+    """Columns that identify the series of a row: levels, sensors, harmonics, and over time also columns in blocks."""
     time = next((one.values for one in table.columns if columns[one.name].role is Role.TIME), None)
     settings = []
     for column in table.columns:
@@ -460,7 +461,7 @@ def _judge_frequency(judged: JudgedTable) -> JudgedTable:
 
 
 def _keep_ratios(judged: JudgedTable) -> JudgedTable:
-    """A table without complex columns of other names than those of ratios beside such ones, as spectra are."""
+    """Mark complex responses without the unit or name of a ratio, such as spectra, as not used, if there are ratios."""
     called = {
         column.name: bool(find_ratio_quantity(column.unit) or set(name_words(judged.table.short_name(column))) & RATIOS)
         for column in judged.of_role(Role.RESPONSE)
@@ -478,7 +479,7 @@ def _keep_ratios(judged: JudgedTable) -> JudgedTable:
 
 
 def _of_lines(judged: JudgedTable) -> JudgedTable | None:
-    """Kind of a table over the lines of a Fourier transform, which begin at 0 Hz; None over other frequencies."""
+    """Judge a table over the lines of a Fourier transform, in equal steps from 0 Hz; None for other frequencies."""
     frequency = judged.of_role(Role.FREQUENCY)[0]
     if frequency.values[0] != 0 or not rises_evenly(frequency):
         return None
@@ -488,7 +489,7 @@ def _of_lines(judged: JudgedTable) -> JudgedTable | None:
     has_phase = any(np.iscomplexobj(column.values) for column in judged.of_role(Role.RESPONSE)) or any(
         guess.role is Role.PHASE or guess.part is ComplexPart.IMAGINARY for guess in guesses
     )
-    # What has the unit of a motion, and not of its ratio to a force, is its spectrum.
+    # A response with a unit that is not that of a ratio to a force is a spectrum.
     of_motion = any(column.unit for column in judged.of_role(Role.RESPONSE))
     if has_phase and not of_motion and not judged.of_role(Role.FORCE) and not words & SPECTRUM_WORDS:
         return _as(judged, Kind.FREQUENCY_RESPONSE, f"{lines}, with phases and without a force")
@@ -497,7 +498,7 @@ def _of_lines(judged: JudgedTable) -> JudgedTable | None:
 
 
 def _is_cycled(judged: JudgedTable) -> bool:
-    """Whether a force and a displacement without a time are those of slow cycles, each of many rows."""
+    """Whether a table of one force and one displacement contains slow cycles of many rows each."""
     from scipy.signal import find_peaks
 
     responses, forces = judged.of_role(Role.RESPONSE), judged.of_role(Role.FORCE)
@@ -510,7 +511,7 @@ def _is_cycled(judged: JudgedTable) -> bool:
 
 
 def _find_imposed_displacement(judged: JudgedTable, mask: np.ndarray) -> str:
-    """Evidence that a displacement is imposed and the force answers; empty if the force drives."""
+    """Evidence that the displacement is imposed and the force is its response; empty if the force is the drive."""
     displacements = [
         column for column in judged.of_role(Role.RESPONSE) if judged.columns[column.name].quantity == "displacement"
     ]
@@ -529,9 +530,9 @@ def _find_imposed_displacement(judged: JudgedTable, mask: np.ndarray) -> str:
 
 
 def _find_unsteady_cycles(judged: JudgedTable, mask: np.ndarray) -> str:
-    """Evidence that a force answers cycles of a displacement with pauses or several amplitudes; empty if it does not.
+    """Evidence of an imposed displacement in cycles with pauses or several amplitudes; empty if there is none.
 
-    A dashpot's force is largest between the turns: only its harmonics tell that it does not drive.
+    The force of a dashpot is largest between the turning points: only its harmonics show that it is not the drive.
     """
     if not _is_cycled(judged):
         return ""
@@ -547,19 +548,19 @@ def _find_unsteady_cycles(judged: JudgedTable, mask: np.ndarray) -> str:
 
 
 def is_unnamed(guess: Recognised) -> bool:
-    """Whether neither unit nor name of a channel say that it is a motion or a force."""
+    """Whether neither the unit nor the name of a channel states that it is a motion or a force."""
     return guess.quantity in {"", "voltage"} or guess.evidence.startswith(OF_FILE)
 
 
 def list_unnamed_channels(judged: JudgedTable) -> list[Column]:
-    """Channels of which nothing says what they measure, where no other one drives; empty if any is known."""
+    """Responses of a table without a force, if the quantity of none is stated; else empty."""
     columns = judged.of_role(Role.RESPONSE)
     unnamed = [column for column in columns if is_unnamed(judged.columns[column.name])]
     return [] if judged.of_role(Role.FORCE) or len(unnamed) < len(columns) else columns
 
 
 def _judge_time(judged: JudgedTable) -> JudgedTable:
-    """Kind of histories, from those of the first series."""
+    """Judge a table of time histories, from those of the first series."""
     samples = len(judged.table.columns[0].values)
     if samples < WINDOWS:
         return _as(judged, Kind.NOT_USED, f"it has {samples} rows, but a time history needs {WINDOWS} or more")
@@ -580,7 +581,7 @@ def _judge_time(judged: JudgedTable) -> JudgedTable:
     histories = [judge_history(np.asarray(column.values.real[mask])) for column in responses]
     kinds = [history.kind for history in histories]
     pulse = not forces or judge_history(np.asarray(forces[0].values.real[mask])).kind in {"pulse", "decay"}
-    kind = max(dict.fromkeys(kinds), key=kinds.count)  # of as many, the first: a set has no order of its own
+    kind = max(dict.fromkeys(kinds), key=kinds.count)  # of equally frequent kinds the first; a set has no order
     evidence = histories[kinds.index(kind)].evidence
     if kind in {"decay", "pulse"} and pulse:
         return _as(judged, Kind.RING_DOWN, evidence)

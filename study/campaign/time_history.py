@@ -1,4 +1,4 @@
-"""What a time history is, judged from its envelope and its spectrum."""
+"""Kind of a time history, judged from its envelope and its spectrum."""
 
 from dataclasses import dataclass
 
@@ -10,36 +10,38 @@ from correlation.errors import CampaignError
 from correlation.signal.record import check_time
 
 Samples = Float[NDArray[np.float64], " n"]
-#: Seconds of one unit of time.
+#: Units of time in seconds.
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "": 1.0}
-#: Windows of the envelope.
+#: Number of windows of the envelope.
 WINDOWS = 20
-#: A decay ends below this share of its largest window, which is among the first ones [-].
+#: Decay: ratio of its end to its largest window [-], number of first windows that may have the largest, and rank
+#: correlation of the windows after it with time [-]; all are upper limits.
 DECAYED, EARLY, FALLING = 0.3, 5, -0.85
-#: A steady state varies by no more than this share over its second half [-], and has most of its power in few lines.
+#: Steady state: largest relative variation over its second half, smallest fraction of power in a line and its
+#: multiples [-].
 STEADY, IN_LINES = 0.1, 0.9
-#: A pulse has a peak of so many root mean squares, among the first share of the record.
+#: Pulse: smallest ratio of its peak to the root mean square, and fraction of the record that contains the peak [-].
 CREST, SOON = 8.0, 0.3
-#: Classes of the phase of a motion.
+#: Number of phase bins of a period.
 PHASES = 72
-#: A joint's force is at least this share of its largest where its displacement turns round [-]. A sixth of the way to
-#: the other turn a spring has lost 7 % of its range, and friction more; a drive at its limit has lost less than this.
+#: Smallest ratio of the force of a joint where its displacement reverses to its largest [-]. After a sixth of the phase
+#: to the other reversal a spring has lost 7 % of its range, friction more; a drive at its limit loses less than `LOST`.
 AT_TURN, LOST = 0.9, 0.05
-#: A sine is within 10 % of its largest value in 2 arccos(0.9) / pi = 29 % of its samples; one whose tops are cut off by
-#: 7 % in this share [-].
+#: A sine is within 10 % of its largest value in 2 arccos(0.9) / pi = 29 % of its samples; a sine clipped by 7 % in the
+#: fraction `FLAT` [-].
 NEAR_LIMIT, FLAT = 0.9, 0.37
 
 
 @dataclass(frozen=True, kw_only=True)
 class Judged:
-    """Kind of a history and why.
+    """Kind of a time history, with its evidence.
 
     Parameters
     ----------
     kind
         "decay", "steady state", "pulse" or "broadband".
     evidence
-        Numbers behind it.
+        Numbers of the judgement, in words.
     frequency
         Strongest frequency [cycles per sample].
     """
@@ -50,7 +52,7 @@ class Judged:
 
 
 def judge_history(values: Samples) -> Judged:
-    """Kind of a time history.
+    """Judge the kind of a time history.
 
     Parameters
     ----------
@@ -84,7 +86,7 @@ def judge_history(values: Samples) -> Judged:
 
 
 def find_strongest_line(signal: Samples) -> tuple[float, float]:
-    """Strongest frequency [cycles per sample], and share of the power in it and its multiples.
+    """Strongest frequency [cycles per sample], and fraction of the power in it and its multiples [-].
 
     Parameters
     ----------
@@ -105,7 +107,7 @@ def find_strongest_line(signal: Samples) -> tuple[float, float]:
 
 
 def estimate_sine_amplitude(values: Samples) -> float:
-    """Amplitude of a sine that has settled, from the root mean square of the second half of its samples.
+    """Amplitude of a settled sine, from the standard deviation of the second half of its samples.
 
     Parameters
     ----------
@@ -116,7 +118,7 @@ def estimate_sine_amplitude(values: Samples) -> float:
 
 
 def distortion(signal: Samples) -> float:
-    """Share of the power of a periodic signal that is not in its strongest line [-].
+    """Fraction of the power of a periodic signal outside its strongest line [-].
 
     Parameters
     ----------
@@ -132,9 +134,9 @@ def distortion(signal: Samples) -> float:
 
 
 def turns_with(displacement: Samples, force: Samples) -> bool:
-    """Whether a force answers a displacement as a joint's does: it is largest where the displacement turns, then falls.
+    """Whether a force is the response of a joint: near its largest where the displacement reverses, then decreasing.
 
-    A drive that clips or is distorted does not turn where the displacement does, or stays at its limit beyond the turn.
+    A clipped or distorted drive does not reverse with the displacement, or stays at its limit after the reversal.
 
     Parameters
     ----------
@@ -152,7 +154,7 @@ def turns_with(displacement: Samples, force: Samples) -> bool:
 
 
 def compute_share_near_limit(values: Samples) -> float:
-    """Share of samples within 10 % of the largest distance from the mean [-]; the most extreme ones are noise.
+    """Fraction of samples within 10 % of the limits, which are the 0.5 and 99.5 % quantiles because of noise [-].
 
     Parameters
     ----------
@@ -164,7 +166,7 @@ def compute_share_near_limit(values: Samples) -> float:
 
 
 def find_uniform_rate(time: Samples) -> float | None:
-    """Sampling rate of instants [1/unit of time]; None if a step differs by more than 5 % from their mean.
+    """Sampling rate of instants [1/unit of time]; None if a step differs by more than 5 % from the mean step.
 
     Parameters
     ----------
@@ -176,7 +178,7 @@ def find_uniform_rate(time: Samples) -> float | None:
     except CampaignError:
         return None
     mean = float(steps.mean()) if len(steps) else 0.0
-    # Instants are rounded in files: a step may be off by the last digit, the mean is not.
+    # Instants are rounded in files, which changes single steps but not the mean.
     if mean <= 0 or (steps <= 0).any() or np.abs(steps - mean).max() > 0.05 * mean:
         return None
     return 1.0 / mean

@@ -1,4 +1,4 @@
-"""What stands as the unit of a column and is none that is known: such a column is never read in SI."""
+"""Unknown units of columns; a column with an unknown unit is never read in SI units."""
 
 import re
 
@@ -7,28 +7,28 @@ from correlation.file.column import Column
 from correlation.file.quantity import QUANTITIES, find_named_quantities
 from correlation.file.unit_label import find_suffix, find_unit, looks_like_a_unit, names_no_unit, read_unit
 
-#: What stands in brackets and is no unit: indices, points, axes, parts of complex numbers, what an amplitude is.
+#: Text in brackets that is not a unit: indices, points, axes, parts of complex numbers, conventions of amplitudes.
 NO_UNITS = re.compile(
     r"[\d\s:,]*|[+-]?r?[xyz][+-]?|\d+[xyz]?[+-]?|[a-z]{0,2}\d{1,2}|real|re|imag|im|mag|magnitude|amplitude|amp|abs|"
     r"phase|rms|pp|p-p|pk|0-pk|peak",
     re.IGNORECASE,
 )
 
-#: Whole numbers of a converter, and places in a series.
+#: Units of counts of an A/D converter, and of sample numbers.
 COUNTS = re.compile(r"counts?|lsb|digits?|samples?|ticks?", re.IGNORECASE)
 #: Units of a strain.
 STRAINS = re.compile(r"(micro|[µμu]|m)?[- ]?strains?|[µμu]?ε|[µμu]e|[µμum]?m/m", re.IGNORECASE)
-#: Longer last words of a name are words, though they may be units: "disp rod".
+#: Largest length of a last word that is taken as a unit symbol; longer words may be units, too: "disp chain".
 LONGEST_SYMBOL = 3
 
 
 def find_written_unit(column: Column, name: str) -> str:
-    """Unit that a file has for a column, also one that is not understood: the "C" of "Temperature (C)"."""
+    """Unit of a column as written in the file, also if it is not understood: "C" for "Temperature (C)"."""
     return (column.unit or column.unit_label or find_unit(column.label or name).unit).strip()
 
 
 def says_counts(column: Column, name: str) -> bool:
-    """Whether the unit of a column is a count of a converter."""
+    """Whether the unit of a column is a count, of a converter or of samples."""
     return not column.unit and COUNTS.fullmatch(find_written_unit(column, name)) is not None
 
 
@@ -38,7 +38,7 @@ def says_strain(column: Column, name: str) -> bool:
 
 
 def find_unknown_unit(column: Column, name: str) -> str:
-    """What a file has as the unit of a column, if it is not understood; empty if it is, or if there is none.
+    """Unit of a column as written in the file, if it is not understood; else empty.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def find_unknown_unit(column: Column, name: str) -> str:
 
 
 def _find_unknown_symbol(name: str) -> str:
-    """The last word of a name, if it is a symbol of what the name says: "disp dm", "force_dyn"; empty if it is none."""
+    """Last word of a name, if it is a unit of the quantity that the name states: "disp dm", "force_dyn"; else empty."""
     match = re.match(r"(.+?)[\s_]([^\s_]+)$", name)
     if match is None or find_suffix(name)[1]:
         return ""
@@ -74,7 +74,7 @@ def _find_unknown_symbol(name: str) -> str:
 
 
 def _may_measure(name: str, token: str) -> bool:
-    """Whether a word is a unit of what the name says, though none that is common on benches: "furlong", "Gal"."""
+    """Whether a word is a unit of the quantity that the name states, also an uncommon one: "furlong", "Gal"."""
     try:
         dimension = find_root_units(token)[1]
     except ValueError:

@@ -12,9 +12,9 @@ from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.contact_line import find_contacts
 from study.estimate.first_estimate import FirstEstimate
 
-#: Instants of a period, and the least normal force beside the largest at which a ratio counts [-].
+#: Instants of a period, and smallest normal force at which a ratio counts, relative to the largest one [-].
 INSTANTS, LEAST_NORMAL = 256, 0.1
-#: Relative error of a ratio of two load cells where repeats do not show it [-].
+#: Smallest relative standard deviation of a ratio of two load cell readings [-].
 CELLS = 0.03
 OVERSHOOT = (
     "the sum of the measured harmonics may overshoot the force: with harmonics 0 to {harmonics} alone, at least "
@@ -27,7 +27,7 @@ BIAS = (
 
 
 def estimate_from_forces(model: Model, campaign: Campaign) -> Iterator[FirstEstimate]:
-    """Estimates of every line with sensors of both forces."""
+    """Estimate friction coefficient (from both forces) and preload (from the normal force) of each contact line."""
     for line in sorted({sensor.line for sensor in campaign.sensors if sensor.line is not None}):
         if line not in model.lines:
             continue
@@ -39,7 +39,7 @@ def estimate_from_forces(model: Model, campaign: Campaign) -> Iterator[FirstEsti
         ]
         if ratios:
             top, state = max(ratios)
-            # The same point of other repeats shows the scatter.
+            # The scatter is that of the repeats at the same test, level and frequency.
             alike = [ratio for ratio, other in ratios if other[:3] == state[:3]]
             deviation = max(float(np.std(alike)) if len(alike) > 1 else 0.0, CELLS * top)
             known = count_harmonics(tangential[state], normal[state])
@@ -71,7 +71,7 @@ State = tuple[int, float, float, int, int]
 
 
 def _collect_harmonics(campaign: Campaign, line: str, component: str) -> dict[State, dict[int, complex]]:
-    """Coefficients of a force by test, level, frequency, sweep and repeat, then by harmonic."""
+    """Complex coefficients of a contact force by test, level, frequency, sweep and repeat, then by harmonic [N]."""
     wanted = [
         number
         for number, sensor in enumerate(campaign.sensors)
@@ -91,7 +91,7 @@ def _collect_harmonics(campaign: Campaign, line: str, component: str) -> dict[St
 
 
 def count_harmonics(*forces: Mapping[int, complex]) -> int:
-    """Highest harmonic up to which all are known of some forces [-]."""
+    """Highest harmonic up to which all harmonics of all forces are measured [-]."""
     count = 0
     while all(count + 1 in force for force in forces):
         count += 1
@@ -99,10 +99,10 @@ def count_harmonics(*forces: Mapping[int, complex]) -> int:
 
 
 def compute_largest_certain_ratio(tangential: Mapping[int, complex], normal: Mapping[int, complex], n: int) -> float:
-    r"""Largest abs(T / N) of what the harmonics 0 to n alone leave of both forces.
+    r"""Largest abs(T / N) of both forces, smoothed so that only the harmonics 0 to n contribute.
 
-    Both are smoothed with Jackson's kernel, which is nowhere negative: with abs(T(t)) <= mu N(t) at every instant, the
-    means with it obey that as well, whatever the harmonics beyond n are. Sums of a few harmonics do not: they
+    Both forces are smoothed with Jackson's kernel, which is nowhere negative: if abs(T(t)) <= mu N(t) at every instant,
+    the smoothed forces obey this as well, whatever the harmonics beyond n are. Truncated sums of harmonics do not: they
     overshoot.
 
     Parameters
@@ -124,7 +124,7 @@ def compute_largest_certain_ratio(tangential: Mapping[int, complex], normal: Map
 
 
 def _compute_largest_ratio(tangential: Mapping[int, complex], normal: Mapping[int, complex]) -> float:
-    """Largest |T / N| over a period, where the line is pressed."""
+    """Largest |T / N| over a period, at instants with a normal force above `LEAST_NORMAL` of its largest."""
     t, n = _signal(tangential), _signal(normal)
     pressed = n > LEAST_NORMAL * np.abs(n).max()
     return float(np.abs(t[pressed] / n[pressed]).max()) if pressed.any() else 0.0

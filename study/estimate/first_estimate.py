@@ -1,4 +1,4 @@
-"""A first value of a parameter, what it was read from, and how it is known to be wrong."""
+"""First estimate of a parameter, with its source and its known biases."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,22 +8,22 @@ import numpy as np
 
 @dataclass(frozen=True, kw_only=True)
 class FirstEstimate:
-    """A first value, read from data without a fit of the model.
+    """First estimate of a parameter, read from data without a fit of the model.
 
     Parameters
     ----------
     parameter
         "kt", "mu" or "zeta", calibration parameters of the case; or "preload", which a case gives by line.
     value, interval, unit
-        Value with its 95 % interval; of an upper bound it begins at 0, of a lower one it has no end.
+        Value with its 95 % interval; that of an upper bound begins at 0, that of a lower bound ends at infinity.
     model_value
-        What the model has in its place [same unit].
+        Value of the model [same unit].
     source
-        What it was read from.
+        Data from which the value was read, in words.
     bias
         Known biases, in words.
     may_be_less
-        Whether a bias can only have raised the value: an upper bound.
+        Whether the biases can only have raised the value: it is an upper bound.
     """
 
     parameter: str
@@ -37,12 +37,12 @@ class FirstEstimate:
 
     @property
     def factor(self) -> float:
-        """Value over the model's [-]."""
+        """Ratio of the value to that of the model [-]."""
         return self.value / self.model_value
 
     @property
     def is_bound(self) -> bool:
-        """Whether it is a bound alone."""
+        """Whether the estimate is only a bound."""
         return self.may_be_less or not np.isfinite(self.interval).all()
 
     @property
@@ -52,14 +52,15 @@ class FirstEstimate:
 
     @property
     def relative_width(self) -> float:
-        """Width of the interval beside the value [-]."""
+        """Width of the interval relative to the value [-]."""
         return (self.interval[1] - self.interval[0]) / abs(self.value)
 
 
 def choose_estimate(estimates: Sequence[FirstEstimate], parameter: str) -> FirstEstimate | None:
-    """The estimate of a parameter that is written: the most certain one, or a bound that the case contradicts.
+    """Choose the estimate of a parameter that is written into the case.
 
-    A bound within which the case lies says nothing against its value. Of several the one that is furthest from it.
+    It is the estimate with the smallest relative interval. If there are only bounds, it is the bound that contradicts
+    the value of the model, of several the one with the largest factor on it; None if no bound contradicts it.
     """
     own = [item for item in estimates if item.parameter == parameter and np.isfinite(item.factor) and item.factor > 0]
     certain = [item for item in own if not item.is_bound]
@@ -70,7 +71,7 @@ def choose_estimate(estimates: Sequence[FirstEstimate], parameter: str) -> First
 
 
 def list_contradictions(estimates: Sequence[FirstEstimate]) -> list[str]:
-    """Estimates of one parameter whose intervals, as factors, have nothing in common, in words."""
+    """Sentences on estimates of one parameter whose intervals, as factors on the model's value, do not overlap."""
     result = []
     for parameter in ("kt", "mu", "zeta"):
         best = choose_estimate(estimates, parameter)

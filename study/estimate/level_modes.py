@@ -1,7 +1,7 @@
-"""Modes that stepped sines of one level show: frequency and damping of each, over its repeats.
+"""Modes in stepped sines of one level: frequency and damping of each, averaged over its repeats.
 
-Which of several modes is the highest may change from repeat to repeat and from level to level. The peaks of a repeat,
-of all its sensors together, are therefore tracked over the repeats before anything is averaged.
+The mode with the highest peak may change from repeat to repeat and from level to level. The peaks of each repeat, found
+from all its sensors together, are therefore tracked over the repeats before averaging.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ from correlation.modal.backbone import fit_peak
 from correlation.noise.smoothness import estimate_curve_noise
 
 Series = Float[NDArray[np.float64], " f"]
-#: Frequencies, rising, and moduli over the force of each sensor by its number.
+#: Ascending frequencies [Hz], and moduli per force, of each sensor by its number.
 Curves = Mapping[int, tuple[Series, Series]]
 
 
@@ -30,11 +30,11 @@ class LevelMode:
     Parameters
     ----------
     frequency, frequency_deviation
-        [Hz].
+        Frequency and its standard deviation [Hz].
     damping, damping_deviation
-        [-]; NaN where unknown.
+        Damping ratio and its standard deviation [-]; NaN where unknown.
     peak
-        That of the first repeat that shows it.
+        Peak in the first repeat that shows the mode.
     """
 
     frequency: float
@@ -45,19 +45,23 @@ class LevelMode:
 
     @property
     def size(self) -> float:
-        """Response at the peak, all sensors together [largest of each sensor]."""
+        """Euclidean norm of the responses of all sensors at the peak, each relative to its largest [-]."""
         return float(np.linalg.norm(np.nan_to_num(self.peak.shape)))
 
 
 def read_level_modes(campaign: Campaign, own: Bool[NDArray[np.bool_], " n"]) -> list[LevelMode]:
-    """Modes by rising frequency.
+    """Read the modes of one test at one level.
 
     Parameters
     ----------
     campaign
         Campaign.
     own
-        Rows of its table: fundamentals of one test at one level, shape (n,).
+        Mask of the rows of its table: fundamental harmonic of one test at one level, shape (n,).
+
+    Returns
+    -------
+    Modes by ascending frequency.
     """
     table = campaign.measurement
     repeats = [_list_curves(campaign, own & (table.repeat == repeat)) for repeat in np.unique(table.repeat[own])]
@@ -71,7 +75,7 @@ def read_level_modes(campaign: Campaign, own: Bool[NDArray[np.bool_], " n"]) -> 
 
 
 def _list_curves(campaign: Campaign, own: Bool[NDArray[np.bool_], " n"]) -> Curves:
-    """Curves of the motions of one repeat, the mean of its sweeps."""
+    """Curves of the motion sensors in one repeat, averaged over its sweeps."""
     table, curves = campaign.measurement, dict[int, tuple[Series, Series]]()
     for sensor in np.unique(table.sensor[own]).tolist():
         if campaign.sensors[sensor].line is not None:
@@ -84,7 +88,7 @@ def _list_curves(campaign: Campaign, own: Bool[NDArray[np.bool_], " n"]) -> Curv
 
 
 def _find_peaks(curves: Curves, largest: Mapping[int, float]) -> tuple[CurvePeak, ...]:
-    """Peaks of one repeat, each motion over the largest one of its sensor."""
+    """Peaks of one repeat; the responses are normalised by the largest response of each sensor."""
     if not curves:
         return ()
     grid = np.unique(np.concatenate([frequency for frequency, _ in curves.values()]))
@@ -100,14 +104,14 @@ def _find_peaks(curves: Curves, largest: Mapping[int, float]) -> tuple[CurvePeak
 
 
 def _is_in_most(mode: Mode, repeats: Sequence[Curves]) -> bool:
-    """Whether most repeats show a mode of those that go beyond it: noise makes a peak in one, and none in others."""
+    """Whether the mode is in most of the repeats that contain its frequency; a peak by noise is in one repeat alone."""
     own = np.mean([peak.frequency for peak in mode.values()])
     beyond = [curves for curves in repeats if any(lines[0] < own < lines[-1] for lines, _ in curves.values())]
     return 2 * len(mode) > len(beyond)
 
 
 def _read_mode(campaign: Campaign, repeats: Sequence[Curves], mode: Mode) -> LevelMode | None:
-    """A mode by the sensor that shows it most clearly; None if none shows the peak of one mode."""
+    """Mode as fitted to the sensor with the most certain frequency; None if no sensor allows a fit of its peak."""
     by_sensor = []
     for sensor in sorted({sensor for number in mode for sensor in repeats[number]}):
         result = list[tuple[float, ...]]()
@@ -123,7 +127,7 @@ def _read_mode(campaign: Campaign, repeats: Sequence[Curves], mode: Mode) -> Lev
         by_sensor += [np.array(result)] if result else []
     if not by_sensor:
         return None
-    # The sensor that shows the mode most clearly: beside it, others have parts of other modes in their peaks.
+    # Only the sensor with the most certain frequency is used: peaks of the others contain parts of other modes.
     peaks = min(by_sensor, key=lambda table: float(np.nan_to_num(np.median(table[:, 3]), nan=np.inf)))
     count = np.sqrt(len(peaks))
     return LevelMode(

@@ -19,17 +19,18 @@ LEANS = (
 )
 SHARED = "the displacement of the loop includes that of the structure next to the contact: the stiffness is biased low"
 LOWER = "gross slip is not reached: a lower bound"
-#: Factors at which the stiffness of a place is computed, to find the factor on the contacts [-].
+#: Factors on the contact stiffness at which the stiffness of a place is computed, for interpolation [-].
 GRID = np.geomspace(*BOUNDS["kt"], 60)
 
 
 def estimate_from_loop(model: Model, loop: ForceLoop) -> Iterator[FirstEstimate]:
-    """Estimates of one loop.
+    """Estimate contact stiffness and, for a loop of a contact line, the friction coefficient from one loop.
 
     Raises
     ------
     CampaignError
-        A loop without a settled period, or a line or place that the model lacks.
+        If the loop has no settled period, its line or place is not in the model, the stiffness of its place does not
+        depend on the contacts, or the measured stiffness is beyond the range of the model.
     """
     try:
         result = estimate_stick_slip(loop.displacement, loop.force)
@@ -99,7 +100,7 @@ def _estimate(
 
 
 def _compute_stiffness(model: Model, place: str, factor: float) -> float:
-    """Stiffness of a place with all contacts stuck that are closed at rest, their k_t times a factor [N/m]."""
+    """Stiffness of a place [N/m]; all contacts that are closed at rest are stuck, with a factor on their k_t."""
     scaled = scale_contacts(model, dict.fromkeys(model.lines, factor), CONTACT["kt"])
     row = model.places[place]
     return float(1 / (row @ np.linalg.solve(stick_at_rest(scaled.system.stiffness, scaled.system.joints), row)))

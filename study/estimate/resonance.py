@@ -32,11 +32,11 @@ SOFTENED = (
 )
 OTHER = "a frequency error of the model beyond that of the free structure is attributed to the stiffness"
 ALONE = "the modulus of the model is assumed to be correct within 1 %: measure the structure without its contacts, too"
-#: Least relative standard deviations of a frequency and of a damping ratio that are read off a test [-].
+#: Smallest relative standard deviations of a measured frequency and of a measured damping ratio [-].
 LEAST_FREQUENCY, LEAST_DAMPING = 3e-4, 0.03
-#: A model's mode further off than this factor is another one [-].
+#: Largest ratio, in either direction, of the frequencies of a measured mode and of its mode in the model [-].
 MAX_FREQUENCY_FACTOR = 1.4
-#: Most that friction lowers a frequency, over the damping ratio that it adds [-]: micro-slip on a curve
+#: Largest relative fall of a frequency by friction, per damping ratio that friction adds [-]: micro-slip on a curve
 #: F = k u - c u^2, whose Masing loops lose c A of their stiffness at amplitude A, and dissipate 4 / 3 c A^3 per cycle.
 MOST_SOFTENING = 3 * np.pi / 4
 #: Factors on the tangential stiffness at which the stuck frequency is computed [-].
@@ -45,20 +45,20 @@ GRID = np.geomspace(*BOUNDS["kt"], 40)
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredResonance:
-    """A measured resonance of small amplitude.
+    """Measured resonance at small amplitude.
 
     Parameters
     ----------
     free
         Whether the structure had no contacts.
     frequency, frequency_deviation
-        [Hz].
+        Frequency and its standard deviation [Hz].
     damping, damping_deviation
-        [-]; NaN where unknown.
+        Damping ratio and its standard deviation [-]; NaN where unknown.
     source
-        What it was read from.
+        Data from which it was read, in words.
     is_steady
-        Whether the damping is the same at larger amplitudes, so that friction is no part of it.
+        Whether the damping is the same at larger amplitudes, so that it includes no friction.
     is_largest
         Whether no other resonance of the same stepped sines is larger.
     """
@@ -74,12 +74,12 @@ class MeasuredResonance:
 
 
 def find_resonances(campaign: Campaign) -> Iterator[MeasuredResonance]:
-    """Resonances of the lowest level, of the last part of ring-downs, and measured modes."""
+    """List resonances: at the lowest level of stepped sines, in the last half of ring-downs, and measured modes."""
     yield from _read_stepped_sines(campaign)
     for datum in campaign.data:
         if isinstance(datum, FreeDecay) and not datum.held_out:
             for mode in datum.modes:
-                # Of the smallest amplitudes, the most certain ones.
+                # Of the second half, which has the smallest amplitudes, the point with the most certain damping.
                 last = len(mode.frequency) // 2 + int(np.argmin(mode.damping_deviation[len(mode.frequency) // 2 :]))
                 yield MeasuredResonance(
                     free=datum.configuration == "free",
@@ -138,12 +138,12 @@ def _read_stepped_sines(campaign: Campaign) -> Iterator[MeasuredResonance]:
 
 
 def _are_equal(one: float, deviation: float, other: float, other_deviation: float) -> bool:
-    """Whether two damping ratios differ by no more than their scatter and what a test is read to."""
+    """Whether the difference of two damping ratios is within their scatter plus `LEAST_DAMPING`."""
     return abs(other - one) <= TWO_SIDED_95 * float(np.hypot(deviation, other_deviation)) + LEAST_DAMPING * one
 
 
 def estimate_damping(model: Model, resonance: MeasuredResonance) -> Iterator[FirstEstimate]:
-    """The damping of the structure by one resonance, if the model has its mode."""
+    """Estimate the damping ratio of the structure from one resonance, if the model has its mode."""
     ratio = damping_ratio(model, resonance)
     if not np.isfinite(resonance.damping) or ratio is None or not ratio > 0:
         return
@@ -164,7 +164,7 @@ def estimate_damping(model: Model, resonance: MeasuredResonance) -> Iterator[Fir
 
 
 def damping_ratio(model: Model, resonance: MeasuredResonance) -> float | None:
-    """Damping ratio of the model's mode at a resonance, contacts stuck, or None if it has no such mode [-]."""
+    """Damping ratio of the model's mode at a resonance, contacts stuck [-]; None if the model has no mode there."""
     system = (model.without_contacts() if resonance.free else model).system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     own = modes.frequency
@@ -178,9 +178,10 @@ def damping_ratio(model: Model, resonance: MeasuredResonance) -> float | None:
 
 
 def find_partners(model: Model, stuck: MeasuredResonance, free: Sequence[MeasuredResonance]) -> list[MeasuredResonance]:
-    """Free resonances that a resonance with contacts goes back to, or the nearest one if its own was not measured.
+    """Find the resonances without contacts that correspond to a resonance with contacts.
 
-    They are of the free mode of the model that moves most like its mode with stuck contacts, by the masses.
+    They belong to the free mode of the model whose mass-weighted shape is most similar to that of the stuck mode. If
+    none was measured, the result is the free resonance with the nearest frequency.
     """
     if not free:
         return []
@@ -194,14 +195,14 @@ def find_partners(model: Model, stuck: MeasuredResonance, free: Sequence[Measure
 
 
 def _find_nearest(frequency: Float[NDArray[np.float64], " m"], wanted: float) -> int:
-    """Number of the mode nearest to a frequency, by their ratio."""
+    """Index of the mode nearest to a frequency, by the logarithm of their ratio."""
     return int(np.argmin(np.abs(np.log(np.maximum(frequency, 1e-12) / wanted))))
 
 
 def estimate_stiffness(
     model: Model, stuck: MeasuredResonance, free: MeasuredResonance | None, damping_factor: float
 ) -> Iterator[FirstEstimate]:
-    """The tangential stiffness by the ratio of the stuck to the free frequency, if the model's ratio depends on it.
+    """Estimate the tangential stiffness from the ratio of stuck to free frequency, if that of the model depends on it.
 
     Parameters
     ----------
@@ -210,13 +211,13 @@ def estimate_stiffness(
     stuck
         Resonance with the contacts.
     free
-        One without them; if None, the model's modulus is taken as right within the deviation of its prior.
+        Resonance without them; if None, the model's modulus is assumed correct within the deviation of its prior.
     damping_factor
-        On the model's damping, by what was measured without contacts: damping beyond it is friction.
+        Factor on the model's damping, measured without contacts [-]; damping beyond it is attributed to friction.
     """
     wanted, relative = stuck.frequency, stuck.frequency_deviation / stuck.frequency
     if free is None:
-        relative = float(np.hypot(relative, DEVIATION["E"] / 2))  # a frequency goes with the root of the modulus
+        relative = float(np.hypot(relative, DEVIATION["E"] / 2))  # a frequency is proportional to sqrt(E)
     else:
         plain = model.without_contacts().system
         own = compute_dense_modes(plain.mass, plain.stiffness).frequency
@@ -234,7 +235,7 @@ def estimate_stiffness(
         scaled = scale_contacts(model, dict.fromkeys(model.lines, float(factor)), CONTACT["kt"]).system
         modes = compute_dense_modes(scaled.mass, stick_at_rest(scaled.stiffness, scaled.joints))
         places.append(np.sort(modes.frequency))
-    # Stiffer contacts raise every frequency, so that modes keep their order; the model's own says which one is meant.
+    # Stiffer contacts raise every frequency, so that modes keep their order; the number is that at factor 1.
     drawn = places[int(np.argmin(np.abs(np.log(GRID))))]
     number = _find_nearest(drawn, wanted)
     curve = [frequencies[number] for frequencies in places]

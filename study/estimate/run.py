@@ -1,4 +1,4 @@
-"""``stickslip estimate``: first values from a campaign, and the lines of the case that they make."""
+"""``stickslip estimate``: first estimates from a campaign, and the changes of the case file."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -34,10 +34,10 @@ from study.measured_campaign import read_measured
 from study.merge_sentences import merge_suspicions
 from study.run_context import RunContext
 
-#: What a history calls them.
+#: Name of this step in a case history.
 FIRST_ESTIMATES = "first estimates"
 
-#: What to measure for each parameter.
+#: Measurement that each parameter needs.
 MEASURE = {
     "kt": 'a force-displacement loop of a contact line ([[loop]] with line = "..."), or resonances of the lowest level '
     "with the contacts, preferably together with one without them (a test of the free structure)",
@@ -45,34 +45,34 @@ MEASURE = {
     "zeta": "the resonance of the lowest level, a ring-down, or a mode with its damping ratio",
     "preload": "the normal force of a line with its static part (harmonic 0)",
 }
-#: A prior holds a measured value if that is within so many of its standard deviations.
+#: Number of standard deviations of a proposed prior within which the measured value lies.
 WITHIN_DEVIATIONS = 2.0
-#: Parameters of the case that one factor stands for.
+#: Calibration parameters that are written into the case, each as one factor.
 WRITTEN = ("kt", "mu", "zeta")
 
 
 @dataclass(frozen=True, kw_only=True)
 class EstimationResult:
-    """First values of a case.
+    """Result of the command.
 
     Parameters
     ----------
     case
         Case file.
     estimates
-        All that the data gave.
+        All estimates.
     chosen
-        Those that are written into the case, as factors.
+        Estimates that are written into the case, as factors.
     missing
-        What could not be estimated, with what to measure for it.
+        Sentences on parameters that could not be estimated, with the measurements that they need.
     suspicions
-        What looks wrong in the data that the estimates are read from.
+        Suspected mistakes in the data of the campaign.
     warnings
-        Contradictions, and data that could not be used, in words.
+        Sentences on contradictions, data that could not be used, and values beyond their priors.
     lines
         Change of the case file, as lines of a diff.
     written
-        Whether it was made.
+        Whether the case file was changed.
     """
 
     case: Path
@@ -85,7 +85,7 @@ class EstimationResult:
     written: bool
 
     def document(self) -> dict[str, Any]:
-        """For ``--json``."""
+        """Document for ``--json``."""
         return {
             "case": str(self.case),
             "estimates": [
@@ -101,7 +101,7 @@ class EstimationResult:
         }  # fmt: skip
 
     def text(self) -> str:
-        """For people."""
+        """Text of the result for the console."""
         lines: list[str] = []
         for item in self.estimates:
             low, high = item.interval
@@ -112,7 +112,7 @@ class EstimationResult:
                 f"{item.parameter:8} {item.value:.4g}{unit} ({ends}), {item.factor:.3g} times the model's "
                 f"{item.model_value:.4g}; {item.source}"
             )
-            # What holds for several estimates stands at the first.
+            # A bias of several estimates is written once, below the first of them.
             lines += [line for sentence in item.bias if (line := f"         {sentence}") not in lines]
         lines += ["", *self.missing] if self.missing else []
         remarks = [*map(str, self.suspicions), *self.warnings]
@@ -124,14 +124,14 @@ class EstimationResult:
 
 
 def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = False) -> EstimationResult:
-    """Estimate, and write into the case if that is asked for.
+    """Estimate the parameters, and change the case file if `write` is set.
 
     Parameters
     ----------
     case
         Case file.
     folder
-        Campaign.
+        Folder of the campaign.
     run
         Store and progress of the run.
     write
@@ -140,7 +140,7 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
     Raises
     ------
     CaseError, CampaignError
-        With what is wrong in the case or the campaign.
+        If the case or the campaign has mistakes.
     """
     opened = open_case(case)
     campaign = read_measured(folder, run)
@@ -177,16 +177,16 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
 
 
 def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Iterator[FirstEstimate]:
-    """Estimates of everything that a campaign holds; data that cannot be used are added to the warnings.
+    """Compute all estimates that a campaign allows; sentences on loops that cannot be used are added to the warnings.
 
     Parameters
     ----------
     model
         Model without calibrated factors.
     campaign
-        Campaign; what is held out is not read.
+        Campaign; held-out data are not used.
     warnings
-        List that sentences are added to.
+        List of sentences, extended in place.
     """
     for datum in campaign.data:
         if isinstance(datum, ForceLoop) and not datum.held_out:
@@ -214,7 +214,7 @@ def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Itera
 def _describe_beyond_priors(
     chosen: Sequence[FirstEstimate], known: Mapping[str, CalibrationParameter]
 ) -> Iterator[str]:
-    """Values that no fit would keep, in words."""
+    """Sentences on values outside the bounds of their calibration parameter, which a fit would not keep."""
     for item in chosen:
         (factor,) = known[item.parameter].parameters
         bound = min(max(item.factor, factor.lower), factor.upper)
@@ -227,7 +227,7 @@ def _describe_beyond_priors(
 
 
 def _make_written(item: FirstEstimate) -> Written:
-    """A factor with half its interval and where it comes from."""
+    """Factor on the model's value, with a note of half its interval, or the kind of its bound, and its source."""
     low, high = (end / item.model_value for end in item.interval)
     width = f"{(high - low) / 2:.2g}" if np.isfinite(high) else BOUND
     width = UPPER if item.may_be_less else width

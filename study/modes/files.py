@@ -1,4 +1,4 @@
-"""Pictures and files of mode shapes, and what ``stickslip modes`` says of them; what was drawn is stored."""
+"""Pictures, film and VTU file of mode shapes, and the answer of ``stickslip modes``; drawn pictures are stored."""
 
 import tempfile
 from collections.abc import Callable, Mapping
@@ -16,9 +16,9 @@ from study.modes.shapes import Shapes
 from study.run_context import Answer, RunContext
 from study.run_record import note_pictures
 
-#: A film takes as long as so many pictures.
+#: Time to draw a film, in pictures.
 FILM_WORK = 8
-#: Six modes and their stress take about this long per 10,000 degrees of freedom, until a run knows better [s].
+#: Time for six modes and their stress per 10,000 degrees of freedom, as a first estimate for the progress [s].
 MODE_SECONDS = 0.8
 
 
@@ -26,7 +26,7 @@ MODE_SECONDS = 0.8
 def mode_pictures(
     shapes: Shapes, elastic: int, moving: int, report: Callable[[float, float], None]
 ) -> dict[str, NDArray[np.uint8]]:
-    """Bytes of each picture file by name, such as ``mode1.png``."""
+    """Draw the modes: bytes of each picture file by name, such as ``mode1.png``."""
     n_mode = len(shapes.frequency)
 
     def look(mode: int) -> dict[str, Any]:
@@ -46,12 +46,12 @@ def mode_pictures(
 
 
 def contents(folder: Path) -> dict[str, NDArray[np.uint8]]:
-    """Bytes of each file of a folder by its name, as stages return them."""
+    """Bytes of each file of a folder by its name, in the form that stages return."""
     return {file.name: np.frombuffer(file.read_bytes(), dtype=np.uint8) for file in sorted(folder.iterdir())}
 
 
 def write_contents(run: RunContext, stem: str, pictures: Mapping[str, NDArray[np.uint8]]) -> list[Path]:
-    """Write files of which a stage returned the bytes, by the ends of their names."""
+    """Write files from the bytes that a stage returned; each is named by the stem and its key."""
     assert run.output is not None
     files = [run.output / f"{stem}_{name}" for name in pictures]
     for file, content in zip(files, pictures.values(), strict=True):
@@ -61,24 +61,24 @@ def write_contents(run: RunContext, stem: str, pictures: Mapping[str, NDArray[np
 
 
 def picture_modes(shapes: Shapes, stem: str, run: RunContext, film_of: int | None = None) -> list[tuple[Path, str]]:
-    """Draw every mode, the von Mises stress of the first elastic one, and a film of one.
+    """Draw every mode, the von Mises stress of the first elastic mode, and a film of one mode.
 
     Parameters
     ----------
     shapes
-        The modes.
+        Modes.
     stem
-        Files are called ``stem_mode1.png`` and so on.
+        Stem of the file names: ``stem_mode1.png`` and so on.
     run
         Output folder, store and progress.
     film_of
-        Mode that moves in a GIF, counted from 0; None for the first elastic one.
+        Mode of the GIF film, counted from 0; None for the first elastic one.
 
     Returns
     -------
     Files and their captions.
     """
-    # A body that nothing holds has up to six modes at zero, without strain.
+    # An unsupported body has rigid-body modes at 0 Hz.
     elastic = min(int((shapes.frequency == 0).sum()), len(shapes.frequency) - 1)
     moving = elastic if film_of is None else film_of
     step = run.step("pictures")
@@ -93,16 +93,16 @@ def picture_modes(shapes: Shapes, stem: str, run: RunContext, film_of: int | Non
 
 
 def write_shapes(shapes: Shapes, stem: str, film_of: int | None, run: RunContext) -> Answer:
-    """Write pictures and a film, if they are wanted, and a VTU file that holds all modes.
+    """Write pictures and a film, unless the run draws none, and a VTU file of all modes.
 
     Parameters
     ----------
     shapes
-        The modes.
+        Modes.
     stem
-        Stem of the files.
+        Stem of the file names.
     film_of
-        Mode that moves, counted from 1; None for the first elastic one.
+        Mode of the film, counted from 1; None for the first elastic one.
     run
         Output folder, store and progress of the run.
     """

@@ -1,4 +1,4 @@
-"""Options of ``stickslip modes`` for data that a mesh file lacks, and the mesh and material that they make."""
+"""Options of ``stickslip modes`` for a mesh file (unit, supports, material), and the mesh and material from them."""
 
 import warnings
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ REMEDY = "give --young, --poisson and --density"
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class OwnMesh:
-    """Unit, material and supports of a mesh file, as the user typed them."""
+    """Options for the unit, material and supports of a mesh file, as the user typed them."""
 
     fix: Annotated[tuple[str, ...], Parameter(help="Fixed node or face set; may be repeated.", negative="")] = ()
     free: Annotated[bool, Parameter(help="The mesh has no support.", negative="")] = False
@@ -37,16 +37,16 @@ class OwnMesh:
 
     @property
     def is_given(self) -> bool:
-        """Whether anything is given that only a mesh file needs."""
+        """Whether an option is given that only a mesh file needs."""
         return bool(self.fix or self.free or self.length_unit is not None)
 
     def read(self, source: Path, run: "RunContext") -> "tuple[Mesh, Material]":
-        """The mesh of a file, and the material, with a note of that which the file carries.
+        """Read the mesh of a file and make the material, with a warning if options replace the material of the file.
 
         Raises
         ------
         InputError
-            What is missing or contradicts itself, by its option.
+            If an option is missing, invalid or contradicts another.
         """
         import numpy as np
 
@@ -78,7 +78,7 @@ class OwnMesh:
         return mesh, material
 
     def _material(self, source: Path, unit: float, run: "RunContext") -> "Material":
-        """The options' values, and the file's or those of steel for the rest."""
+        """Material from the options; values without an option are those of the file, else those of steel."""
         from casefile.quantity import MATERIAL_DENSITY, YOUNGS_MODULUS
         from fe.file.file_material import describe_material, list_differences, read_file_material
         from fe.material import STEEL, Material
@@ -96,7 +96,7 @@ class OwnMesh:
         poisson = base.poisson if self.poisson is None else self.poisson
         try:
             material = Material(young=young, poisson=poisson, density=density)
-        except InputError as error:  # it names its field, which is the option
+        except InputError as error:  # its text begins with the name of the field, which is that of the option
             name, _, value = str(error).partition(" = ")
             raise InputError(f"--{name} {value}") from None
         if carried.material is not None and (names := list_differences(material, carried.material)):
@@ -109,7 +109,7 @@ class OwnMesh:
         return material
 
 
-#: Commands take it as their default: one object, since it cannot be changed.
+#: Default of the commands; it is immutable, so that all can use one object.
 NO_MESH = OwnMesh()
 
 

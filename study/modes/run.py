@@ -14,23 +14,23 @@ from study.run_context import Answer, RunContext
 
 
 def run_modes(source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run: RunContext) -> Answer:
-    """Compute the modes and write pictures, a film and a VTU file that holds all modes; or a table without a mesh.
+    """Compute the modes and write pictures, a film and a VTU file of all modes, or a table for a case without a mesh.
 
     Parameters
     ----------
     source
-        A case file (``.toml``) or a mesh file.
+        Case file (``.toml``) or mesh file.
     own
-        For a mesh file.
+        Options for a mesh file.
     n_mode, film_of
-        Number of modes [-], and number of the one that moves, counted from 1; None for the first elastic one.
+        Number of modes [-], and number of the mode in the film, counted from 1; None for the first elastic one.
     run
         Output folder, store and progress.
 
     Raises
     ------
     InputError
-        Options that cannot be used; one sentence.
+        If an option cannot be used; the message is one sentence.
     """
     if n_mode < 1:
         raise InputError(f"--n-modes {n_mode} is not a valid number of modes: give 1 or more")
@@ -67,7 +67,7 @@ def run_modes(source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run:
 
 
 def _suggest_remedy(error: SupportError) -> str:
-    """Further remedy for one of several bodies that is not supported."""
+    """Further remedy if one of several bodies is not supported; empty otherwise."""
     if not isinstance(error, UnsupportedBody):
         return ""
     return (

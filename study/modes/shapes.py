@@ -23,13 +23,13 @@ class Shapes:
     Parameters
     ----------
     mesh
-        The mesh.
+        Mesh.
     n_dof
-        Free degrees of freedom [-].
+        Number of free degrees of freedom [-].
     frequency
-        Shape (m,) [Hz].
+        Natural frequencies, shape (m,) [Hz].
     displacement
-        Mass-normalised, shape (m, n_node, 3) [kg^-1/2].
+        Mass-normalised mode shapes, shape (m, n_node, 3) [kg^-1/2].
     von_mises
         Von Mises stress of the same shapes, shape (m, n_node) [Pa m^-1 kg^-1/2]; only its distribution has a meaning.
     """
@@ -42,7 +42,7 @@ class Shapes:
 
     @property
     def fields(self) -> dict[str, Float[NDArray[np.float64], "node 3"]]:
-        """Displacement of each mode by its number and frequency, as a mesh file names it."""
+        """Displacement of each mode, by its name in a mesh file: number and frequency."""
         return {f"mode {k + 1}: {f:.6g} Hz": self.displacement[k] for k, f in enumerate(self.frequency)}
 
 
@@ -58,7 +58,7 @@ def compute_mesh_shapes(mesh: Mesh, material: Material, fixed: tuple[str, ...], 
 
 
 def make_shapes(mesh: Mesh, material: Material, system: LinearSystem, result: ModeSet) -> Shapes:
-    """Modes of a system on its mesh, with their stress."""
+    """Expand the modes of a system to its mesh, with their stress."""
     return add_stress(mesh, material, system.n_dof, result.frequency, system.on_mesh(result.mode_shapes))
 
 
@@ -69,7 +69,7 @@ def add_stress(
     frequency: Float[NDArray[np.float64], " m"],
     displacement: Float[NDArray[np.float64], "node 3 m"],
 ) -> Shapes:
-    """Shapes on a mesh, with their stress."""
+    """Compute the stress of mode shapes on a mesh."""
     shapes = np.moveaxis(displacement, 2, 0)
     stress = [compute_von_mises(compute_nodal_stress(mesh, material, shape)) for shape in shapes]
     return Shapes(mesh=mesh, n_dof=n_dof, frequency=frequency, displacement=shapes, von_mises=np.stack(stress))

@@ -1,4 +1,4 @@
-"""Natural frequencies and damping ratios of a case as a table: of structures without a mesh that could be drawn."""
+"""Table of natural frequencies and damping ratios of a case whose structure has no mesh to draw."""
 
 from collections.abc import Sequence
 from math import pi
@@ -27,11 +27,11 @@ def write_modes_table(opened: OpenCase, run: RunContext, n_mode: int) -> Answer:
     Parameters
     ----------
     opened
-        The case; what was calibrated and added counts.
+        Case; its calibrated values and added effects are included.
     run
         Output folder, store and progress of the run.
     n_mode
-        Number of modes [-]; all of a structure that has fewer.
+        Largest number of modes [-].
     """
     assert run.output is not None
     system = read_case(opened, run=run).model.system
@@ -61,9 +61,9 @@ def write_modes_table(opened: OpenCase, run: RunContext, n_mode: int) -> Answer:
 
 
 def compute_frequency_columns(system: JointedSystem, n_mode: int) -> dict[str, Values]:
-    """Natural frequencies [Hz], and damping ratios [-] if there is damping; "stuck_" ones if there are joints.
+    """Natural frequencies [Hz], and damping ratios [-] if there is damping; "stuck_" columns if there are joints.
 
-    A damping ratio is that of an undamped mode shape, phi^T (C + H / omega) phi / (2 omega); NaN for a rigid motion.
+    The damping ratio is that of an undamped mode shape, phi^T (C + H / omega) phi / (2 omega); NaN for a rigid motion.
     """
     stiffnesses = {"": system.stiffness}
     if system.joints:

@@ -1,1 +1,1 @@
-"""Pages that hold everything and load nothing: what those of all commands have in common."""
+"""Self-contained HTML pages: parts shared by the pages of all commands."""

@@ -15,7 +15,7 @@ from study.json_value import to_json
 from study.run_record import get_provenance
 
 STYLE = Path(__file__).with_name("style.css")
-#: Scripts that all pages share; the bench has the first as well.
+#: Scripts of all pages; the bench also uses the first.
 LOG_SCALE, COMMON, BAND_AXES = (
     Path(__file__).with_name(name) for name in ("log_scale.js", "common.js", "band_axes.js")
 )
@@ -24,23 +24,23 @@ LOG_SCALE, COMMON, BAND_AXES = (
 def render_page(
     template: Path, script: Path, data: Mapping[str, Any], filters: Mapping[str, Callable[..., Any]], **values: Any
 ) -> str:
-    """One self-contained page.
+    """Render a self-contained page with plotly.js, data and scripts.
 
     Parameters
     ----------
     template
-        Jinja template with the places `style`, `plotly`, `data` and `script`.
+        Jinja template with the variables `style`, `plotly`, `data` and `script`.
     script
-        JavaScript that draws the constant `DATA`.
+        JavaScript file that draws the constant `DATA`.
     data
-        `DATA`; numbers that are not finite become null.
+        Content of `DATA`; numbers that are not finite become null.
     filters
-        Of the template, beside `typeset`.
+        Filters of the template, in addition to `typeset`.
     values
         Other values of the template.
     """
     content = _remove_tags(json.dumps(to_json(data), ensure_ascii=False, separators=(",", ":")))
-    content = content.replace("<", "\\u003c")  # which would end the element that it stands in
+    content = content.replace("<", "\\u003c")  # "<" could end the script element
     scripts = {
         "plotly": _escape_script(_read_plotly()),
         "data": f"const DATA = {content};",
@@ -52,16 +52,16 @@ def render_page(
 def fill_template(
     template: Path, scripts: Mapping[str, str], filters: Mapping[str, Callable[..., Any]], **values: Any
 ) -> str:
-    """One page with style, content policy, provenance and version.
+    """Render a page with style, content policy, provenance and version.
 
     Parameters
     ----------
     template
         Jinja template.
     scripts
-        Whole texts of its script elements, by their places in the template.
+        Complete texts of its script elements, by their variables in the template.
     filters
-        Of the template, beside `typeset`.
+        Filters of the template, in addition to `typeset`.
     values
         Other values of the template.
     """
@@ -80,18 +80,18 @@ def fill_template(
 
 
 def format_provenance() -> str:
-    """Provenance of a page as JSON; empty for a page that is made in Python."""
+    """Provenance of a page as JSON; empty for a page made from Python, outside a recorded run."""
     made_by = get_provenance()
     return "" if made_by is None else made_by.as_json()
 
 
 def make_content_policy(scripts: Iterable[str] = ()) -> str:
-    """Content security policy of a page: it runs these scripts only, shows its own pictures, loads and sends nothing.
+    """Content security policy of a page: it allows only these scripts and embedded pictures, and no network access.
 
     Parameters
     ----------
     scripts
-        Whole texts of the script elements of the page.
+        Complete texts of the script elements of the page.
 
     References
     ----------
@@ -106,18 +106,18 @@ def make_content_policy(scripts: Iterable[str] = ()) -> str:
 
 
 def embed(picture: bytes) -> str:
-    """Address of a PNG picture or a GIF film that holds it, for the source of an image."""
+    """Data URL of a PNG picture or a GIF film, for the source of an image element."""
     kind = "gif" if picture.startswith(b"GIF8") else "png"
     return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
 
 
 def typeset_text(text: str) -> str:
-    """Words as they are printed, with no line's end before %."""
+    """Typeset text, with a no-break space before %."""
     return typeset(text).replace(" %", "\u00a0%")
 
 
 def _read_plotly() -> str:
-    """plotly.js, without plotly's Python, which takes a third of a second to import."""
+    """Text of plotly.js, read without importing the plotly package, which takes a third of a second."""
     package = find_spec("plotly")
     assert package is not None
     assert package.origin is not None
@@ -125,10 +125,10 @@ def _read_plotly() -> str:
 
 
 def _escape_script(text: str) -> str:
-    """JavaScript that cannot end the script element that it stands in."""
+    """Escape JavaScript so that it cannot end its script element."""
     return re.sub(r"<(/script|!--)", r"<\\\1", text, flags=re.IGNORECASE).replace("\r\n", "\n")
 
 
 def _remove_tags(text: str) -> str:
-    """JSON whose texts hold no tags, which plotly.js would obey: names come from files."""
+    """JSON without HTML tags: names come from files, and plotly.js would interpret tags in them."""
     return re.sub(r"<(?=[A-Za-z/!])", "\u2039", text)

@@ -1,4 +1,4 @@
-"""A page of sentences, tables and pictures, in one file that loads nothing."""
+"""Self-contained page of sentences, tables and pictures."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -26,11 +26,11 @@ def render_plain_page(
     title, over
         Heading, and the line above it.
     sections
-        What follows.
+        Sections of the page.
     tone, tag, verdict
-        Colour and words of the box on top, and the sentences in it; no box without a tag.
+        Colour, label and sentences of the box at the top; no box without a tag.
     tallest
-        Largest height of a picture, as a length of CSS.
+        Largest height of a picture, as a CSS length.
     """
     return fill_template(
         TEMPLATE, {}, {"embed": embed},

@@ -1,4 +1,4 @@
-"""The page of a command that draws figures and has no page of its own: its answer, its figures, and its provenance."""
+"""Page of a command that draws figures but writes no page itself: its answer, its figures and its provenance."""
 
 import re
 from collections.abc import Sequence
@@ -11,14 +11,14 @@ from study.page.plain_page import render_plain_page
 from study.page.section import PageSection
 from study.run_context import Answer
 
-#: Height of a picture that is seen at once on most screens.
+#: Largest height of a picture, as a CSS length; it fits on most screens.
 TALLEST = "46rem"
-#: Between the words of the name of a file.
+#: Separator of the words in a file name.
 BETWEEN = "_"
 
 
 def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answer:
-    """Write the page of a run beside its pictures, and name it in the answer.
+    """Write the page of a run into the folder of its pictures, and add its name to the answer.
 
     Parameters
     ----------
@@ -31,13 +31,13 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
 
     Returns
     -------
-    The answer, which names the page; the same if the command wrote a page itself.
+    Answer with the name of the page; the unchanged answer if the command wrote a page itself.
     """
     files = answer.document.get("files", ())
     if any(Path(file).suffix == ".html" for file in files):
         return answer
     text, names = str(answer.text), [file.stem.split(BETWEEN) for file in pictures]
-    # The last word of a name says what the picture shows.
+    # The last word of a file name describes the picture, so that it does not count as common.
     starts = zip(*(name[:-1] for name in names), strict=False)
     common = [item[0] for item in takewhile(lambda item: len(set(item)) == 1, starts)]
     sections = [
@@ -47,10 +47,10 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
         )
         for name, file in zip(names, pictures, strict=True)
     ]
-    # Pictures of one command may all begin with its name, which is no part of the title.
+    # If the common words end with the name of the command, it is left out of the title.
     own = common[:-1] if common[1:] and common[-1] == command else common
     page = pictures[0].with_name(f"{BETWEEN.join([*own, command])}.html")
-    # Files are where they are, and no part of the result.
+    # Lines with file names are left out of the page.
     lines = [line for line in text.splitlines() if line.strip() not in {str(file) for file in files}]
     sections.insert(0, PageSection(title="Result", report="\n".join(lines).rstrip()))
     html = render_plain_page(
@@ -65,6 +65,6 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
 
 
 def _format_heading(words: Sequence[str]) -> str:
-    """Words of the name of a file as a heading; "mode1" is "Mode 1"."""
+    """Heading from the words of a file name; "mode1" becomes "Mode 1"."""
     text = re.sub(r"(?<=[a-z])(?=\d)", " ", " ".join(words))
     return text[:1].upper() + text[1:]

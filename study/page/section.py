@@ -1,4 +1,4 @@
-"""A section of a plain page: sentences, tables and pictures."""
+"""Section of a plain page: sentences, tables and pictures."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ from study.page.table import Table
 
 @dataclass(frozen=True, kw_only=True)
 class PageSection:
-    """A section.
+    """Section of a page.
 
     Parameters
     ----------
@@ -19,9 +19,9 @@ class PageSection:
     report
         Text in lines and columns, as a command prints it.
     tables
-        Tables below them.
+        Tables.
     pictures
-        PNG by caption.
+        Bytes of PNG or GIF files by caption.
     """
 
     title: str

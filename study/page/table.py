@@ -1,4 +1,4 @@
-"""A table of a page."""
+"""Table of a page."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """Rows of words and numbers.
+    """Table of words and numbers.
 
     Parameters
     ----------
     head
         Names of the columns, with units.
     rows
-        One text per column; numbers are right-aligned.
+        Rows, one text per column; columns of numbers are right-aligned.
     words
-        Number of leading columns that are words.
+        Number of leading columns with words [-].
     """
 
     head: Sequence[str]

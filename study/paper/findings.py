@@ -104,7 +104,7 @@ def _judge_deviation(third: NonlinearIteration) -> PaperClaim:
         if item.family.harmonic == 0 and item.family.sensor.endswith("_N") and item.family.level == worst.level
     }
     return PaperClaim(
-        claim="The largest remaining deviation is about 7 %, of a static normal force.",
+        claim="The static normal forces deviate by about 7 % at most.",
         verdict=HOLDS if worst.met else NOT,
         evidence=f"{worst.value:.1%} at {worst.level:g} N ("
         + ", ".join(f"{name.replace('_', ' ')} {value:+.1%}" for name, value in own.items())

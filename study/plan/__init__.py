@@ -1,1 +1,1 @@
-"""`stickslip plan`: which effects planned tests would show, before any is made."""
+"""`stickslip plan`: effects that planned tests would detect."""

@@ -1,16 +1,16 @@
-"""What is drawn of a plan."""
+"""Data of the figure of a plan."""
 
 import numpy as np
 
 from diagnosis.next_test.plan import CONFUSED, Plan
 from figure.test_plan import PlanDrawing
 
-#: Effects that are drawn at most, those that are seen best.
+#: Largest number of drawn effects, those that are detected best.
 MAX_EFFECTS = 36
 
 
 def make_plan_drawing(plan: Plan, title: str, subtitle: str) -> PlanDrawing:
-    """Detectable strengths, and how alike effects look."""
+    """Data of the figure: detectable strengths of effects, and cosines between their changes."""
     shown = plan.seen[:MAX_EFFECTS]
     n = len(shown)
     return PlanDrawing(

@@ -1,4 +1,4 @@
-"""Planned tests of a case: what the user gives, and what follows from the case otherwise."""
+"""Planned tests of a case, from options of the user; values without an option come from the case."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,30 +14,30 @@ from diagnosis.next_test.planned_noise import NoiseLaw, PlannedNoise
 from geometry.errors import InputError
 from study.case.setup import ReadCase
 
-#: Directions of sweeps by their words.
+#: Directions of sweeps by the value of the option.
 SWEEPS = {"up": (1,), "down": (-1,), "both": (1, -1)}
-#: Share of the largest reading at the lowest level that is the floor of a sensor by default, over its noise [-].
+#: Noise floor of a sensor over its relative noise, as a fraction of its largest reading at the lowest level [-].
 FLOOR = 0.2
-#: Frequencies of a curve at most.
+#: Largest number of frequencies of a curve, and of repeats.
 MAX_FREQUENCIES = 500
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlanRequest:
-    """Requested tests; None where the value follows from the case.
+    """Requested tests; for a band of None, or for no levels or sensors, the values come from the case.
 
     Parameters
     ----------
     levels
-        Levels.
+        Levels; each scales the loads of the case.
     first, last
         Ends of the band, such as "430 Hz".
     n_frequency, n_repeat
-        Frequencies of a curve, and repeats [-].
+        Numbers of frequencies of a curve and of repeats [-].
     sweep
-        A key of `SWEEPS`.
+        Key of `SWEEPS`.
     harmonics
-        Harmonics of motions.
+        Measured harmonics.
     noise
         Relative standard deviation of each part of a reading, such as "0.5 %".
     sensors
@@ -59,12 +59,12 @@ class PlanRequest:
 
 
 def choose_sensors(read: ReadCase, names: Sequence[str]) -> Model:
-    """The model of a case with the planned sensors alone: those of the case by default.
+    """Model of a case with only the planned sensors; by default the sensors of the case.
 
     Raises
     ------
     InputError
-        A name that is neither a sensor nor a place, or no sensor at all.
+        If a name is neither a sensor nor a place, or no sensor reads a motion.
     """
     model = read.model
     own = {item.name: item for item in model.sensors}
@@ -83,12 +83,13 @@ def choose_sensors(read: ReadCase, names: Sequence[str]) -> Model:
 
 
 def make_tests(read: ReadCase, model: Model, request: PlanRequest) -> list[NextTest]:
-    """Planned tests: of the jointed structure, and of the one without its contacts if that is wanted.
+    """Planned tests of the jointed structure and, if requested, of the structure without its contacts.
 
     Raises
     ------
     InputError
-        Values out of range, or a band that neither the options nor the case give.
+        If a value is out of range, neither the options nor the case give a band, or a test without contacts is
+        requested for a structure without contact lines or without a resonance.
     """
     levels, (first, last) = _choose_levels(read, request), _choose_band(read, request)
     for option, value, least in (("frequencies", request.n_frequency, 2), ("repeats", request.n_repeat, 1)):
@@ -110,7 +111,7 @@ def make_tests(read: ReadCase, model: Model, request: PlanRequest) -> list[NextT
 
 
 def make_noise(text: str, model: Model, largest: dict[str, float]) -> PlannedNoise:
-    """Noise of all sensors: relative, and a floor of a fifth of that on the largest reading at the lowest level.
+    """Noise of all sensors: a relative part, and a floor of `FLOOR` times that part of the largest reading.
 
     Parameters
     ----------
@@ -119,7 +120,7 @@ def make_noise(text: str, model: Model, largest: dict[str, float]) -> PlannedNoi
     model
         Model with the planned sensors.
     largest
-        Largest reading of each at the lowest level, by name.
+        Largest reading of each sensor at the lowest level, by name.
     """
     relative = _read(text, RATIO, "noise")
     if not relative > 0:

@@ -15,7 +15,7 @@ from geometry.plain_number import format_number
 from study.console import WIDTH
 from study.diagnose.table import format_strength
 
-#: Largest detectable strength over the typical one that is called clear, and that is called weak [-].
+#: Largest ratio of detectable to typical strength of an effect that is called clear, and of one called weak [-].
 CLEAR, WEAK = 1.0, 10.0
 
 
@@ -30,11 +30,11 @@ class PlanResult:
     tests
         Planned tests.
     plan
-        What they would show.
+        Plan: detectability and confusion of the effects.
     noise
-        Relative noise as it was given.
+        Relative noise as the user typed it.
     added
-        Names of effects that the case has already.
+        Names of effects that the case already has.
     files
         Written files.
     """
@@ -48,12 +48,12 @@ class PlanResult:
 
     @property
     def n_state(self) -> int:
-        """Steady states that are measured [-]."""
+        """Number of measured steady states [-]."""
         return sum(len(item.levels) * len(item.frequencies) * len(item.sweeps) * item.n_repeat for item in self.tests)
 
     @property
     def headline(self) -> str:
-        """How many effects the tests would show."""
+        """Sentence on how many effects the tests would detect."""
         plan = self.plan
         clear = sum(plan.relative(score) <= CLEAR for score in plan.scores)
         weak = sum(CLEAR < plan.relative(score) <= WEAK for score in plan.scores)
@@ -65,11 +65,11 @@ class PlanResult:
         )
 
     def text(self) -> str:
-        """For people."""
+        """Text of the result for the console."""
         return "\n".join([*self._lines(), "", *map(str, self.files)])
 
     def document(self) -> dict[str, Any]:
-        """For JSON; strengths in SI."""
+        """Document for JSON; strengths in SI."""
         plan, detectable = self.plan, self.plan.detectable
         return {
             "title": self.title,
@@ -130,7 +130,7 @@ class PlanResult:
 
 
 def _format_strengths(plan: Plan, score: Score) -> tuple[str, str]:
-    """Smallest detectable and typical strength in words."""
+    """Smallest detectable and typical strength, with units."""
     parameter = score.effect.parameters[0]
     values = plan.detectable[score.effect.name], abs(parameter.typical - parameter.vanishes)
     if parameter.unit == "-" and parameter.vanishes:

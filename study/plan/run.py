@@ -1,4 +1,4 @@
-"""``stickslip plan``: from a case and the requested tests to a plan with its files."""
+"""``stickslip plan``: plan of the requested tests of a case, and its files."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -29,7 +29,7 @@ def compute_plan(
     model: Model, calibration: Sequence[CalibrationParameter], budget: Budget, tests: Sequence[NextTest], noise: str,
     effects: Sequence[Path], without: Sequence[str],
 ) -> Plan:  # fmt: skip
-    """What tests would show; see `diagnosis.next_test.plan.plan_tests`."""
+    """Compute the plan of tests with `diagnosis.next_test.plan.plan_tests`, as a stored stage."""
     tested: Mapping[str, float] = {item.configuration: max(item.levels) for item in tests}
     catalogue = list_effects(model, without=without, extra=effects, level=max(tested.values()), configurations=tested)
     lowest = [replace(item, levels=item.levels[:1], harmonics=(1,)) for item in tests[:1]]
@@ -45,16 +45,16 @@ def run_plan(path: Path, request: PlanRequest, run: RunContext, *, without: Sequ
     Raises
     ------
     CaseError, InputError
-        With what is wrong in the case or the options.
+        If the case or the options have mistakes.
     """
     assert run.output is not None
     read: ReadCase = require_loads(read_case(path, run=run))
     setup = read.setup
     model = choose_sensors(read, request.sensors)
     tests = make_tests(read, model, request)
-    make_noise(request.noise, model, {})  # its mistakes come before what takes long
+    make_noise(request.noise, model, {})  # reports a mistake in the noise before the long computation
     kinds = tuple(sorted({*setup.without, *without}))
-    # Models with a finer mesh have no part: sensitivities are those of one mesh.
+    # Refined models are not used: all sensitivities are those of one mesh.
     budget = replace(setup.budget, refined=())
     step = run.step("sensitivities", expected=20)
     plan = step.run(

@@ -1,1 +1,1 @@
-"""``stickslip reduce``: what all kinds of structures share."""
+"""``stickslip reduce``: comparison and report for all kinds of structures."""

@@ -1,4 +1,4 @@
-"""A linear system reduced, damped, and compared with itself in full; what holds it may be nothing."""
+"""Reduction and damping of a linear system, and comparison with the full system, which may be unsupported."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,15 +17,15 @@ from reduction.memory_estimate import estimate_reduction_memory, refuse_beyond_m
 from reduction.rom import ReducedModel, with_rayleigh_damping
 from reduction.rom_error import rom_error
 
-#: Frequencies that are compared.
+#: Largest number of compared frequencies.
 N_FREQUENCY = 10
-#: In a free structure, a frequency below this share of the highest compared one is no measure for a shift.
+#: Frequencies of a free structure below this fraction of the highest compared one count as rigid for the shift [-].
 RIGID = 1e-4
-#: Share of the first elastic eigenvalue that, times the mass, makes the stiffness of a free structure definite.
+#: Shift of a free structure over its first elastic eigenvalue [-]; stiffness + shift * mass is positive definite.
 SHIFT = 0.1
-#: Least shift as a share of the largest ratio of stiffness to mass on the diagonals: above round-off.
+#: Smallest shift over the largest ratio of stiffness to mass on the diagonals [-]; it is above round-off.
 LEAST_SHIFT = 1e-11
-#: Round-off in the strain of one rigid motion of a structure over that of another, at most.
+#: Largest ratio of the round-off strains of two rigid motions of one structure [-].
 MARGIN = 10.0
 
 Frequencies = Float[NDArray[np.float64], " m"]
@@ -39,7 +39,7 @@ class ComparedFrequencies:
     Parameters
     ----------
     frequency, rom_frequency
-        The first ones (ten at most), full and reduced, shape (m,) [Hz]; rigid-body motions are 0.
+        First natural frequencies (ten at most), full and reduced, shape (m,) [Hz]; 0 for rigid-body motions.
     rom_error
         Estimated relative truncation error of each reduced frequency, shape (m,) [-].
     """
@@ -51,13 +51,13 @@ class ComparedFrequencies:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ComparedReduction(ComparedFrequencies):
-    """A reduced model and how good it is."""
+    """Reduced model and its natural frequencies, compared with those of the full model."""
 
     rom: ReducedModel
 
     @property
     def n_dof(self) -> int:
-        """Free degrees of freedom of the full model [-]."""
+        """Number of free degrees of freedom of the full model [-]."""
         return len(self.rom.free)
 
 
@@ -68,7 +68,7 @@ def compare_reduction(
     damping_ratio: float | None,
     provenance: Mapping[str, str],
 ) -> ComparedReduction:
-    """Reduce, damp and compare with the full system.
+    """Reduce and damp a system, and compare its natural frequencies with those of the full system.
 
     Parameters
     ----------
@@ -77,16 +77,16 @@ def compare_reduction(
     boundary
         Retained rows of the system, by name.
     n_mode
-        Fixed-interface modes [-].
+        Number of fixed-interface modes [-].
     damping_ratio
-        Ratio of Rayleigh damping on the first elastic mode [-]; None keeps the damping of the system.
+        Damping ratio of the first elastic mode, by Rayleigh damping [-]; None keeps the damping of the system.
     provenance
-        Travels with the reduced model.
+        Provenance that is stored with the reduced model.
 
     Raises
     ------
     RomError
-        It would take more memory than is free, or the boundary leaves the interior loose.
+        If the reduction needs more memory than is free, or the interior has rigid-body motions with a fixed boundary.
     """
     n_boundary = sum(len(rows) for rows in boundary.values())
     retained = np.concatenate([np.zeros(0, dtype=np.int64), *boundary.values()])
@@ -112,7 +112,7 @@ def compare_reduction(
 
 
 def _compute_free_frequency(system: LinearSystem, reduced: Frequencies) -> Frequencies:
-    """Frequencies of a structure that nothing holds, by a shift; 0 of motions without strain [Hz]."""
+    """Natural frequencies of an unsupported structure, by a shift of its stiffness; 0 for rigid motions [Hz]."""
     stiff, heavy = system.stiffness.diagonal(), system.mass.diagonal()
     elastic = reduced[reduced > RIGID * reduced[-1]]
     shift = max(
@@ -123,6 +123,6 @@ def _compute_free_frequency(system: LinearSystem, reduced: Frequencies) -> Frequ
     shapes = result.mode_shapes
     strain = np.einsum("nm,nm->m", shapes, system.stiffness @ shapes)
     share = strain / np.einsum("nm,n,nm->m", shapes, stiff, shapes)
-    # The first motion is rigid, for the stiffness was found singular: what strain it has is round-off.
+    # The first motion is rigid, since the stiffness is singular: its strain is round-off.
     rigid = share <= max(STRAINLESS, MARGIN * abs(share[0]))
     return np.where(rigid, 0.0, np.sqrt((result.angular_frequency**2 - shift).clip(min=0)) / (2 * np.pi))

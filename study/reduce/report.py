@@ -1,4 +1,4 @@
-"""What ``stickslip reduce`` says of one reduced body and of its fixed-interface modes, as a table and as a document."""
+"""Report of ``stickslip reduce`` on reduced bodies and their fixed-interface modes, as a table and as a document."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -24,18 +24,18 @@ def report_reduction(
     notes: Sequence[str] = (),
     facts: Mapping[str, Any] = MappingProxyType({}),
 ) -> Answer:
-    """Frequencies of one reduced body, and what must be known of them.
+    """Report the natural frequencies of one reduced body, with its truncation errors and the check of its modes.
 
     Parameters
     ----------
     result
-        The reduction.
+        Reduction.
     n_asked
-        Fixed-interface modes that the case asks for [-].
+        Number of fixed-interface modes that the case requests [-].
     check
-        Check of these modes, if there is one.
+        Check of these modes, or None.
     files
-        Written ones.
+        Written files.
     head, notes
         Lines above and below the table.
     facts
@@ -79,7 +79,7 @@ def report_reduction(
 
 
 def describe_check(check: ModeCheck) -> str:
-    """One sentence: residuals, and whether all modes are there."""
+    """Sentence on the residuals of the modes, and on modes that are missed or found twice."""
     below = f"below {np.sqrt(check.shift) / (2 * np.pi):.6g} Hz"
     counted = f"{check.n_found} fixed-interface modes {below}, residuals of at most {check.residual.max():.0e}"
     if check.n_missed > 0:
@@ -90,7 +90,7 @@ def describe_check(check: ModeCheck) -> str:
 
 
 def document_check(check: ModeCheck) -> dict[str, Any]:
-    """The same for programs."""
+    """Check of the modes as entries of the JSON document."""
     return {
         "largest_residual": float(check.residual.max()),
         "counted_below_hz": float(np.sqrt(check.shift) / (2 * np.pi)),
@@ -100,14 +100,14 @@ def document_check(check: ModeCheck) -> dict[str, Any]:
 
 
 def report_fewer_modes(n_mode: int, n_asked: int, body: str = "the interior", key: str = "modes") -> list[str]:
-    """One sentence if there are fewer modes than were asked for, none else.
+    """One sentence if there are fewer modes than requested, else none.
 
     Parameters
     ----------
     n_mode, n_asked
-        Kept, and as the case has it [-].
+        Numbers of kept and of requested modes [-].
     body, key
-        Owner of these modes, and the key of their number in the case.
+        Body of these modes, and key of their number in the case.
     """
     if n_mode >= n_asked:
         return []
@@ -115,7 +115,7 @@ def report_fewer_modes(n_mode: int, n_asked: int, body: str = "the interior", ke
 
 
 def report_fewer_rig_modes(assembly: ReducedAssembly, asked: int | Mapping[str, int]) -> list[str]:
-    """The same of a rig, whose modes are asked for of all bodies together or of each: a sentence for each number."""
+    """One sentence for each request that a rig does not reach; `asked` is for all bodies together, or for each body."""
     counts = {body: len(rom.fixed_interface_frequency) for body, rom in assembly.bodies.items()}
     if isinstance(asked, Mapping):
         return [sentence for body, n in asked.items() for sentence in report_fewer_modes(counts[body], n, body, body)]

@@ -1,1 +1,1 @@
-"""`stickslip repeat`: a result made again from what it says that it was made by."""
+"""`stickslip repeat`: repetition of a result from its recorded command, inputs and versions."""

@@ -1,4 +1,4 @@
-"""Runs a command again on copies of what it read, and compares what is found with what was found."""
+"""Repetition of a command on copies of its inputs, and comparison of the new result with the old one."""
 
 import os
 import shutil
@@ -18,7 +18,7 @@ from study.repeat.source import RepeatableResult, keep_results, read_result
 from study.run_context import RunContext
 from study.run_record import recorded
 
-#: Commands that write results and change nothing else: a page from elsewhere may name no other.
+#: Commands that write results and change no other file; for security, no other command of a page is run.
 REPEATABLE = {
     "compare",
     "diagnose",
@@ -32,22 +32,22 @@ REPEATABLE = {
     "sweep",
     "table1",
 }
-#: Folders in the new one: copies of what the command reads, and stored results while it runs.
+#: Subfolders of the output folder: copies of the inputs, and stored results during the run.
 INPUT, CACHE = "input", ".repeat_cache"
 
 
 @dataclass(frozen=True, kw_only=True)
 class RepeatResult:
-    """A result that was made again.
+    """Comparison of a repeated result with the original.
 
     Parameters
     ----------
     command
         Words after ``stickslip``.
     changes
-        What is not as it was, a sentence each: data, versions.
+        Sentences on changed data and versions.
     differences
-        What `find_differences` found.
+        Result of `find_differences`.
     """
 
     command: tuple[str, ...]
@@ -56,30 +56,31 @@ class RepeatResult:
 
     @property
     def same(self) -> bool:
-        """Whether all values are the same, to round-off."""
+        """Whether all values are equal within round-off."""
         return not self.differences["different"]
 
 
 def repeat_result(path: Path, run: RunContext, stored: Path, folder: Path | None = None) -> RepeatResult:
-    """Make a result again, from nothing that is stored.
+    """Repeat a result without stored intermediate results.
 
     Parameters
     ----------
     path
         Page, or output folder of a run.
     run
-        Output folder, which gets copies of the data too.
+        Output folder, which also receives copies of the data, and console.
     stored
-        Folder of stored results, for the record of a run.
+        Folder of stored results, which contains the records of runs.
     folder
-        Where the files are that the command reads; by default where they were.
+        Folder from which the command was run; None for the recorded one.
 
     Raises
     ------
     InputError
-        Nothing is known of how the result was made, a file is missing, or code is not trusted.
+        If the result has no record of its command, the command cannot be repeated, a file is missing, or code is not
+        trusted.
     ComputationFailed
-        As the command itself.
+        If the command raises it.
     """
     assert run.output is not None
     result = read_result(path, stored)
@@ -100,12 +101,12 @@ def repeat_result(path: Path, run: RunContext, stored: Path, folder: Path | None
 
 
 def compare_conditions(made_by: Provenance, base: Path) -> list[str]:
-    """What is not as it was when a result was made, a sentence each.
+    """List changes of inputs and versions since a result was made, one sentence each.
 
     Raises
     ------
     InputError
-        A file is missing.
+        If a file is missing.
     """
     missing = [name for name in made_by.inputs if not (base / name).exists()]
     if missing:
@@ -135,18 +136,18 @@ def _require_repeatable(path: Path, made_by: Provenance) -> None:
 
 
 def _list_code(made_by: Provenance, base: Path) -> list[Path]:
-    """Python files that a command runs."""
+    """Python files that a command would run."""
     words = [word.rpartition("=")[2] for word in made_by.command]
     files = [base / name for name in dict.fromkeys([*made_by.inputs, *words]) if name.endswith(".py")]
     return [file for file in files if file.is_file()]
 
 
 def _copy_inputs(made_by: Provenance, base: Path, target: Path) -> tuple[list[str], Path]:
-    """Copy what a command reads, in the same places relative to each other.
+    """Copy the inputs of a command, with the same relative paths between them.
 
     Returns
     -------
-    Words of the command on the copies, and the folder to start it in.
+    Words of the command for the copies, and the folder in which to start it.
     """
     shutil.rmtree(target, ignore_errors=True)
     places = {name: Path(os.path.normpath(base / name)) for name in made_by.inputs}
@@ -167,14 +168,14 @@ def _copy_inputs(made_by: Provenance, base: Path, target: Path) -> tuple[list[st
 
 
 def _run_again(words: list[str], start: Path, target: Path, run: RunContext, path: Path) -> dict[str, Any]:
-    """Values of the command's new result."""
+    """Run the command again, and read the values of its new result."""
     from study.cli import run_command
 
     page = path.is_file()
     options = ["--out", str(target), "--cache", str(target / CACHE), *(["--quiet"] if run.quiet or run.json else [])]
     with chdir(start), recorded([*words, *options]) as answers:
         answer = run_command([*words, *options])
-        assert answer is not None  # help and version alone answer nothing, and are no result
+        assert answer is not None  # only help and version return None
         answers.append((answer.exit_code, answer.document))
     if not page:
         values: dict[str, Any] = keep_results(to_json(answer.document))

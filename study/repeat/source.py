@@ -1,4 +1,4 @@
-"""What a page, or the record of a run, says that it was made by, and what it found."""
+"""Provenance and values of a result, read from a page or from the record of a run."""
 
 import html
 import json
@@ -15,28 +15,28 @@ from study.run_record import find_newest_record
 
 RUN = re.compile(r'<meta name="stickslip-run" content="([^"]*)">')
 DATA = re.compile(r"<script>const DATA = (\{[^<]*\});</script>")
-#: What is no text for a reader, or changes with the version alone.
+#: Elements of a page that are not compared: they are not text for a reader, or depend only on the version.
 UNREAD = re.compile(r"<(script|style|footer|head)\b.*?</\1>", re.DOTALL)
-#: What a result took, in cells of a page: another each time, like such values of an answer and names of its files.
+#: Table cells with time or memory, and keys of an answer with time, memory or file names: they differ between runs.
 COST = re.compile(r'<td class="cost">[^<]*</td>')
 NO_RESULT = {"files", "seconds", "memory_bytes"}
-#: When the steps of a history were made.
+#: Time stamps of history steps, which are not compared.
 TIME = re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d")
 TAG = re.compile(r"<[^>]*>")
 
 
 @dataclass(frozen=True, kw_only=True)
 class RepeatableResult:
-    """A result that can be repeated.
+    """Result that can be repeated.
 
     Parameters
     ----------
     provenance
-        What it was made by.
+        Command, inputs and versions that made the result.
     folder
-        Where its command was started, as far as is known.
+        Folder in which its command was started, according to the record.
     values
-        What it found: the data and text of a page, or the answer of a command.
+        Values of the result: data and text of a page, or the answer of a command.
     """
 
     provenance: Provenance
@@ -45,19 +45,19 @@ class RepeatableResult:
 
 
 def read_result(path: Path, stored: Path) -> RepeatableResult:
-    """A page, or an output folder whose last run is on record.
+    """Read a result from a page, or from the newest record of a run into an output folder.
 
     Parameters
     ----------
     path
         HTML file or folder.
     stored
-        Folder of stored results, which has the records.
+        Folder of stored results, which contains the records.
 
     Raises
     ------
     InputError
-        Neither, or a page that does not say what it was made by.
+        If the file cannot be read, or has no provenance or a damaged one, or the folder has no record.
     """
     if path.is_dir():
         return _read_record(path, stored)
@@ -93,7 +93,7 @@ def _read_record(path: Path, stored: Path) -> RepeatableResult:
 
 
 def keep_results(answer: Any) -> Any:
-    """An answer without names of files and without what it took."""
+    """Answer without file names, time and memory."""
     if isinstance(answer, Mapping):
         return {name: keep_results(value) for name, value in answer.items() if name not in NO_RESULT}
     return [keep_results(item) for item in answer] if isinstance(answer, list | tuple) else answer
@@ -105,7 +105,7 @@ def _list_text_lines(text: str) -> list[str]:
 
 
 def _check(provenance: Provenance) -> None:
-    """Raise TypeError unless all is of its type."""
+    """Raise TypeError if the command is empty or a value is not text."""
     texts = [*provenance.command, provenance.folder, *provenance.inputs.items(), *provenance.versions.items()]
     flat = [part for item in texts for part in ([item] if isinstance(item, str) else item)]
     if not provenance.command or not all(isinstance(part, str) for part in flat):

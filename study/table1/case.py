@@ -1,4 +1,4 @@
-"""The case file of a mesh study."""
+"""Case file of a mesh study."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
@@ -18,12 +18,12 @@ from study.kind.blade.table import (
     RootTable,
 )
 
-#: The tables that hold the numbers of a study, beside its rows.
+#: Tables with the numbers of a study, except its rows.
 TABLES = ("blade", "material", "mesh", "reduction", "damping", "root", "limit")
 
 
 class ModelTable(CaseModel):
-    """One row: a mesh, a clamp, and the published frequency if there is one."""
+    """Row of the study: a mesh, a clamp, and the published frequency if there is one."""
 
     model: Count
     element: BrickName
@@ -33,7 +33,7 @@ class ModelTable(CaseModel):
 
 
 class PredictionTable(CaseModel):
-    """A row that nothing was tuned to; the closed form that it is compared with is that of the 8-node brick."""
+    """Row to which nothing was tuned; it is compared with the closed form for the 8-node brick."""
 
     name: Annotated[str, Field(min_length=1)]
     element: Literal["hex8"]
@@ -42,7 +42,7 @@ class PredictionTable(CaseModel):
 
 
 class LimitTable(CaseModel):
-    """Nested meshes for the extrapolated limit: a coarse base, and how often it is subdivided."""
+    """Nested meshes for the extrapolated limit: a coarse mesh, and the numbers of its subdivisions."""
 
     element: BrickName = "hex20"
     elements_through_thickness: Count = 1
@@ -60,7 +60,7 @@ class LimitTable(CaseModel):
 
 
 def numbers(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Values of all tables but the rows, in SI, by dotted key in the order of `TABLES`; tables may be missing."""
+    """Values of all tables except the rows, in SI, by dotted key in the order of `TABLES`; tables may be missing."""
     result: dict[str, Any] = {}
     for name in TABLES:
         if isinstance(table := tables.get(name), CaseModel):
@@ -80,7 +80,7 @@ def _flatten(table: Mapping[str, Any], prefix: str) -> dict[str, Any]:
 
 
 def _number_of_the_case(key: str, info: ValidationInfo) -> str:
-    """Refuse a key that names no number; a table that is itself mistaken is left to its own message."""
+    """Refuse a key that is not the name of a number; a mistake in the table of the key has its own message."""
     table = key.partition(".")[0]
     known = [name for name, value in numbers(info.data).items() if isinstance(value, int | float)]
     if key not in known and (table not in TABLES or table in info.data):
@@ -90,7 +90,7 @@ def _number_of_the_case(key: str, info: ValidationInfo) -> str:
 
 
 class Table1Case(BladeTables):
-    """A mesh study of a blade; `tuned` comes last, for its check needs the others."""
+    """Mesh study of a blade; `tuned` is the last field, since its validation needs the others."""
 
     title: str
     measured: Frequency
@@ -102,5 +102,5 @@ class Table1Case(BladeTables):
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """Every number outside the rows, in SI, by dotted key."""
+        """Values of all tables except the rows, in SI, by dotted key."""
         return numbers(dict(self))

@@ -1,4 +1,4 @@
-"""The mesh study as one self-contained HTML page."""
+"""Self-contained HTML page of a mesh study."""
 
 import base64
 from collections.abc import Sequence
@@ -11,16 +11,16 @@ from study.page.html import fill_template
 from study.table1.study import MeshStudy
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
-#: The default table is the rig's if all its rows are this near the published ones [Hz].
+#: Largest difference of a row from its published frequency with which the first study remains the default [Hz].
 AIM = 0.3
-#: How each kind of value is written, by the end of its key; other lengths are in mm.
+#: Printed unit of a value by the last part of its key; values of other keys are lengths in mm.
 SHOWN_UNIT = {"young": "GPa", "density": "kg/m^3", "cone_half_angle": "deg", "ratio": "%"}
 BARE = ("kind", "poisson", "length_ratio", "drop_every", "modes")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A picture for the page: PNG or GIF file and its caption."""
+    """Picture of the page: PNG or GIF file, and its caption."""
 
     file: Path
     caption: str
@@ -28,7 +28,7 @@ class Picture:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyPage:
-    """A study on the page: name of its case file, figure as PNG, pictures, and name of its STEP file."""
+    """Study on the page: name of its case file, figure as PNG, pictures, and name of its STEP file."""
 
     study: MeshStudy
     case_file: str
@@ -61,7 +61,7 @@ def page(studies: Sequence[StudyPage]) -> str:
 
 
 def _format_value(value: Any, key: str) -> str:
-    """A number of the case in the unit that case files use."""
+    """Value of the case as text, with a length, modulus, density, angle or ratio in the unit of case files."""
     last = key.rpartition(".")[2]
     if not isinstance(value, float) or last in BARE:
         return ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)

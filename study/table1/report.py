@@ -1,4 +1,4 @@
-"""All files of a mesh study: CSV, figure, pictures, STEP and page."""
+"""Files of a mesh study: CSV, figure, pictures, STEP and page."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from study.table1.page import AIM, Picture, StudyPage, page
 from study.table1.study import MeshStudy, make_row_inputs, run_study
 
 N_PICTURED = 3
-#: Columns of the CSV file, and how each number is written.
+#: Columns of the CSV file, and the format of each.
 COLUMNS = {
     "model": "", "element": "", "elements_through_thickness": "", "root": "", "frequency_hz": ".9g",
     "rom_frequency_hz": ".9g", "hb_peak_hz": ".9g", "paper_hz": "g", "n_dof": "", "seconds": ".2f",
@@ -26,7 +26,7 @@ COLUMNS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Table1Report:
-    """Studies in the order of the page, the default one first, and the files that were written."""
+    """Studies in the order of the page, the default study first, and the written files."""
 
     studies: tuple[MeshStudy, ...]
     files: tuple[Path, ...]
@@ -38,22 +38,23 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Table1Report:
     Parameters
     ----------
     cases
-        Case files; the first is the default, unless a later one fits the published rows better and it does not fit.
+        Case files; the default study is the first case if all its rows are within `AIM` of the published ones, else the
+        first case of which this is true, else the first case.
     run
         Output folder, store and progress.
     """
-    require_egl()  # before anything is computed: the page needs its pictures
+    require_egl()  # fails before the computation: the page needs pictures
     for path in cases:
         if "structure" in read_case_head(path):
             raise refuse_other_case(path, "one structure", "give a mesh study, with [[model]] tables")
     loaded = [(path, load_case(path, Table1Case)) for path in cases]
     result = [(path, run_study(case, run, f"{case.title}: models")) for path, case in loaded]
     if result[0][1].worst_error > AIM:
-        result.sort(key=lambda pair: pair[1].worst_error > AIM)  # a stable sort: the first that fits comes first
+        result.sort(key=lambda pair: pair[1].worst_error > AIM)  # stable: the first study within AIM comes first
     files: list[Path] = []
     parts = []
     for number, (path, study) in enumerate(result):
-        # Files of one name in two folders must not replace each other.
+        # Case files of the same name in two folders must not overwrite each other's results.
         alone = path.stem != "table1" and [other.stem for other, _ in result[1:]].count(path.stem) == 1
         stem = "table1" if number == 0 else path.stem if alone else f"{path.stem}_{number + 1}"
         drawn = pictures({stem: _make_convergence(study)})
@@ -73,7 +74,7 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Table1Report:
 
 
 def _draw_pictures(study: MeshStudy, run: RunContext, stem: str) -> list[Picture]:
-    """Lowest modes of the row that is nearest to the paper among the quadratic ones, else of the first row."""
+    """Draw the lowest modes of the row nearest to the paper, among fully clamped quadratic rows or else all rows."""
     assert run.output is not None
     quadratic = [row for row in study.rows if row.table.element == "hex20" and row.table.root == "full"]
     row = min(quadratic or study.rows, key=lambda item: abs(item.error or 0.0))
@@ -83,7 +84,7 @@ def _draw_pictures(study: MeshStudy, run: RunContext, stem: str) -> list[Picture
 
 
 def _make_convergence(study: MeshStudy) -> MeshConvergence:
-    """What is drawn of a study."""
+    """Data of the convergence figure of a study."""
     rows = [
         ModelFrequency(
             element=row.table.element,
@@ -110,7 +111,7 @@ def _make_convergence(study: MeshStudy) -> MeshConvergence:
 
 
 def format_csv(study: MeshStudy) -> str:
-    """One line per model."""
+    """Text of the CSV file, one line per model."""
     rows = [
         ["" if row.document[name] is None else format(row.document[name], digits) for name, digits in COLUMNS.items()]
         for row in study.rows

@@ -1,4 +1,4 @@
-"""The stages of a mesh study: rows that were tuned to and others, nested meshes, and witnesses of them."""
+"""Stages of a mesh study: rows of the table, untuned predictions, nested meshes, and checks with CalculiX."""
 
 import resource
 import sys
@@ -17,22 +17,22 @@ from study.kind.blade.table import mesh_any
 from study.reduce.comparison import ComparedFrequencies
 from study.table1.theory import compute_locking_factor
 
-#: The quadratic model that stands for the exact bending of a blade: model 5 of the table.
+#: Elements through the thickness of the quadratic reference model for exact bending of a blade: model 5 of the table.
 REFERENCE_THROUGH_THICKNESS = 4
-#: Orders below this share of theory's 2 p are far from it: a corner or the clamp's edge, not the element, decides.
+#: Orders below this fraction of the theoretical 2 p are limited by a corner or the clamp's edge, not the element [-].
 FAR_FROM_THEORY = 0.75
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RowResult(ComparedFrequencies):
-    """Frequencies three ways, and what they cost.
+    """Frequencies of one row by three methods (full, reduced, harmonic balance), with time and memory.
 
     Parameters
     ----------
     peak_natural
-        As in `study.kind.blade.model.Reduction` [Hz].
+        Natural frequency from the harmonic-balance peak, as in `study.kind.blade.model.Reduction` [Hz].
     n_dof, n_fixed
-        Free degrees of freedom, fixed nodes [-].
+        Numbers of free degrees of freedom and of fixed nodes [-].
     seconds, memory
         Wall-clock time and peak memory of the process [s, byte].
     """
@@ -62,25 +62,25 @@ def row(inputs: BladeModel) -> RowResult:
 
 
 def measure_peak_memory() -> float:
-    """Most memory that this process has used so far [byte]."""
-    unit = 1 if sys.platform == "darwin" else 1024  # Linux counts kilobytes
+    """Peak memory of this process so far [byte]."""
+    unit = 1 if sys.platform == "darwin" else 1024  # Linux reports kilobytes
     return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit)
 
 
 @dataclass(frozen=True, kw_only=True)
 class UntunedPrediction:
-    """First frequency of an untuned model, and what it is compared with.
+    """First frequency of an untuned model, with a closed form and CalculiX for comparison.
 
     Parameters
     ----------
     frequency
         Frequency by the elements of the program [Hz].
     factor
-        Closed-form ratio of the frequency to the quadratic model's [-].
+        Closed-form ratio of the frequency to that of the quadratic model [-].
     calculix
         Frequency by CalculiX on the same mesh [Hz]; None if it is not installed.
     n_dof
-        Free degrees of freedom [-].
+        Number of free degrees of freedom [-].
     """
 
     frequency: float
@@ -90,7 +90,7 @@ class UntunedPrediction:
 
 
 def quadratic(inputs: BladeModel) -> BladeModel:
-    """The model that stands for the exact bending of the same blade."""
+    """Quadratic reference model of the same blade, for exact bending."""
     return replace(inputs, element=HEX20.name, through_thickness=REFERENCE_THROUGH_THICKNESS, drop_every=0)
 
 
@@ -102,7 +102,7 @@ def reference(inputs: BladeModel) -> float:
 
 @stage("mesh-study prediction")
 def prediction(inputs: BladeModel, ask_calculix: bool) -> UntunedPrediction:
-    """Compute a prediction of an 8-node model with a full clamp."""
+    """Compute the prediction of an 8-node model with a full clamp."""
     mesh, frequency, n_dof = compute_first_frequency(inputs)
     return UntunedPrediction(
         frequency=frequency,
@@ -128,7 +128,7 @@ def compute_calculix_frequency(inputs: BladeModel) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class NestedPoint:
-    """First frequency on one of the nested meshes [Hz], and its degrees of freedom [-]."""
+    """First frequency on one of the nested meshes [Hz], and its number of degrees of freedom [-]."""
 
     frequency: float
     n_dof: int
@@ -136,16 +136,16 @@ class NestedPoint:
 
 @dataclass(frozen=True, kw_only=True)
 class Limit:
-    """Richardson's extrapolation from three nested meshes.
+    """Limit from Richardson's extrapolation of three nested meshes.
 
     Parameters
     ----------
     frequency
-        Extrapolated [Hz].
+        Extrapolated frequency [Hz].
     order
         Observed exponent of the element size in the error [-].
     theory
-        2 p: the exponent on a smooth solution [-].
+        Exponent for a smooth solution, 2 p [-].
     """
 
     frequency: float
@@ -154,7 +154,7 @@ class Limit:
 
     @property
     def warning(self) -> str:
-        """Why the limit is less sure than theory says; empty if it is not."""
+        """Warning that the observed order is far below the theoretical one; empty if it is not."""
         if self.order >= FAR_FROM_THEORY * self.theory:
             return ""
         return (
@@ -172,12 +172,12 @@ def nested_point(inputs: BladeModel) -> NestedPoint:
 
 
 def richardson(frequencies: list[float], ratio: float, degree: int) -> Limit:
-    """Limit and observed order from three meshes, each `ratio` times finer than the last.
+    """Extrapolate the limit and the observed order from three meshes, each `ratio` times finer than the one before.
 
     Parameters
     ----------
     frequencies
-        Coarse, medium, fine [Hz].
+        Frequencies on the coarse, medium and fine mesh [Hz].
     ratio
         Ratio of element sizes [-], above 1.
     degree
@@ -186,7 +186,7 @@ def richardson(frequencies: list[float], ratio: float, degree: int) -> Limit:
     Raises
     ------
     InputError
-        The frequencies do not approach a limit: their differences do not shrink.
+        If the frequencies do not approach a limit: their differences change sign or do not decrease.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""A whole mesh study: what is to be computed, run side by side, and what comes out."""
+"""Mesh study: its tasks, run in parallel, and its results."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -27,19 +27,19 @@ from study.table1.stages import (
     witness,
 )
 
-#: CalculiX is asked about fully clamped rows up to this n p: its own solver takes minutes for the finer ones.
+#: Largest product n p of a fully clamped row that CalculiX computes; its solver takes minutes for finer rows.
 WITNESSED = 4
-#: Work grows with the degrees of freedom to this power: factorisation more, the rest less.
+#: Exponent of the degrees of freedom in the work; that of the factorisation alone is higher, that of the rest lower.
 WORK_EXPONENT = 1.3
-#: Of a process that has only imported what it needs [byte].
+#: Memory of a process after its imports [byte].
 PROCESS_MEMORY = 1.5e8
-#: Models run side by side only as far as they fit into this, so that a laptop can make the table [byte].
+#: Memory limit of models that run in parallel, so that a laptop can compute the table [byte].
 MEMORY = 3.2e9
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cost:
-    """What a stage takes, as measured on one core: seconds at 10,000 degrees of freedom, bytes for each of them."""
+    """Cost of a stage, measured on one core: seconds at 10,000 degrees of freedom, and bytes per degree of freedom."""
 
     seconds: float
     memory: float
@@ -59,12 +59,12 @@ class StudyRow:
 
     @property
     def error(self) -> float | None:
-        """First full frequency minus the published one [Hz]."""
+        """First frequency of the full model minus the published one [Hz]; None if none is published."""
         return None if self.table.paper is None else float(self.result.frequency[0]) - self.table.paper
 
     @property
     def document(self) -> dict[str, Any]:
-        """The row for programs; `hb_peak_hz` is the peak with its damping shift taken out."""
+        """Row for the CSV file and for JSON; `hb_peak_hz` is the peak frequency, corrected for its shift by damping."""
         return {
             "model": self.table.model,
             "element": self.table.element,
@@ -83,7 +83,7 @@ class StudyRow:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyPrediction:
-    """Untuned row with its result and the closed form [Hz]."""
+    """Untuned row with its result, and the frequency by the closed form [Hz]."""
 
     table: PredictionTable
     result: UntunedPrediction
@@ -97,17 +97,17 @@ class MeshStudy:
     Parameters
     ----------
     case
-        Request of the case.
+        Case.
     rows, predictions
         Results in the order of the case.
     nested, limit
-        Frequencies of the nested meshes, and what they tend to; none if the case asks for none.
+        Frequencies of the nested meshes and their limit; empty and None if the case has no `limit` table.
     no_limit
-        Why they tend to nothing, if so.
+        Reason why the frequencies have no limit; empty otherwise.
     solid
-        CAD volume against mesh volume.
+        Comparison of the CAD volume with the mesh volume.
     asked_calculix
-        Whether CalculiX was there to be asked.
+        Whether CalculiX is installed.
     """
 
     case: Table1Case
@@ -121,17 +121,17 @@ class MeshStudy:
 
     @property
     def worst_error(self) -> float:
-        """Largest distance of a row from its published frequency [Hz]; 0 if none is published."""
+        """Largest difference of a row from its published frequency [Hz]; 0 if none is published."""
         return max((abs(row.error) for row in self.rows if row.error is not None), default=0.0)
 
 
 def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
-    """Compute a mesh study, or find its parts in the store.
+    """Compute a mesh study, or load its parts from the store.
 
     Parameters
     ----------
     case
-        As `load_case` returned it.
+        Case returned by `load_case`.
     run
         Store and progress.
     title
@@ -140,7 +140,7 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     Raises
     ------
     CaseError
-        The blade, its material or its mesh cannot be built as the case says.
+        If the blade, its material or its mesh cannot be built from the values of the case.
     """
     ask_calculix = find_ccx() is not None
     rows = [make_row_inputs(case, table) for table in case.model]
@@ -148,14 +148,14 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     for number, table in enumerate(case.prediction):
         with located(case, "prediction", number):
             untuned.append(make_row_inputs(case, table))
-    # Predictions of one thickness share their reference.
+    # Predictions for the same thickness of the blade have the same reference.
     references = list(dict.fromkeys(quadratic(r) for r in untuned))
     seen_by_calculix = [
         number
         for number, item in enumerate(rows)
         if ask_calculix and not item.drop_every and item.through_thickness * item.rule.element.degree <= WITNESSED
     ]
-    with located(case, "mesh"):  # tasks know the size of their mesh, so that one that cannot be made is refused here
+    with located(case, "mesh"):  # a task needs the size of its mesh: a mesh that cannot be built raises here
         tasks = {
             "rows": [
                 _make_task(row, r, f"model {table.model}", REDUCTION, run)
@@ -196,12 +196,12 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
 
 
 def make_row_inputs(case: Table1Case, table: ModelTable | PredictionTable) -> BladeModel:
-    """What a row of the case depends on.
+    """Inputs of a row of the case.
 
     Raises
     ------
     CaseError
-        The blade, its material or its mesh cannot be built as the case says.
+        If the blade, its material or its mesh cannot be built from the values of the case.
     """
     relaxed = isinstance(table, ModelTable) and table.root == "relaxed"
     return make_blade_model(
@@ -215,7 +215,7 @@ def make_row_inputs(case: Table1Case, table: ModelTable | PredictionTable) -> Bl
 
 
 def _run_groups(groups: Mapping[str, Sequence[Task]], run: RunContext, title: str) -> dict[str, list[Any]]:
-    """All tasks at once, their results by group."""
+    """Run all tasks in one pool; results by group."""
     tasks = [task for group in groups.values() for task in group]
     outcomes = iter(run_parallel(tasks, run.store, run.progress, title, memory=MEMORY))
     return {name: [next(outcomes).value for _ in group] for name, group in groups.items()}
@@ -224,7 +224,7 @@ def _run_groups(groups: Mapping[str, Sequence[Task]], run: RunContext, title: st
 def _make_task(
     result: Stage[Any, Any], model: BladeModel, label: str, cost: Cost, run: RunContext, **further: Any
 ) -> Task:
-    """A task on a model, with its work and memory from the size of its mesh."""
+    """Task on a model, with work and memory estimated from the size of its mesh."""
     n_dof = run.store.run(count_mesh_dofs, model)
     return Task(
         stage=result,
@@ -236,7 +236,7 @@ def _make_task(
 
 
 def _list_nested(case: Table1Case, inputs: BladeModel) -> list[BladeModel]:
-    """The nested meshes of the case's limit: one coarse mesh, subdivided."""
+    """Nested meshes for the limit of the case: subdivisions of one coarse mesh."""
     limit = case.limit
     if limit is None:
         return []
@@ -252,7 +252,7 @@ def _list_nested(case: Table1Case, inputs: BladeModel) -> list[BladeModel]:
 
 
 def _limit(case: Table1Case, nested: Sequence[NestedPoint]) -> tuple[Limit | None, str]:
-    """The limit, or why there is none: the rows of the table stand without it."""
+    """Limit, or None with the reason; a study without a limit is still valid."""
     if case.limit is None:
         return None, ""
     coarse, medium, _ = case.limit.subdivisions

@@ -1,4 +1,4 @@
-r"""What the fully integrated 8-node brick does to a bending frequency, in closed form and with nothing fitted.
+r"""Error of the fully integrated 8-node brick in a bending frequency, in closed form without fitted values.
 
 In bending, the axial strain of a linear brick is right, but three other strains are wrong, because the deflection
 (along y, through the thickness) has no quadratic terms:
@@ -14,8 +14,9 @@ Their energies add to that of the beam, and with the first mode's curvature kapp
     \qquad c = \nu^2 \frac{(\lambda + 2 \mu)}{E}
 
 with A / (12 I) = 1 / t^2 for a rectangle and the span's element lengths averaged over the bending energy. f_0 is the
-frequency of the quadratic model, which has none of these faults but the same clamp. The clamp's own error in the linear
-model and the pads are left out, and so is that a single layer gives way across the chord: c is the value for many.
+frequency of the quadratic model, which has none of these errors but the same clamp. The error of the linear model at
+the clamp and the pads are neglected. c is the value for many layers: the extra compliance of a single layer across the
+chord is neglected.
 """
 
 from itertools import pairwise
@@ -34,12 +35,12 @@ from geometry.plain_blade import PlainBlade
 #: beta L and sigma of the first mode of a clamped-free beam (Blevins, Formulas for Natural Frequency, table 8-1).
 FIRST_MODE = 1.87510407
 SIGMA = (cosh(FIRST_MODE) + cos(FIRST_MODE)) / (sinh(FIRST_MODE) + sin(FIRST_MODE))
-#: Nodes closer than this share a station [m].
+#: Largest distance of nodes at the same station [m].
 SAME_STATION = 1e-9
 
 
 def compute_locking_factor(blade: Blade | PlainBlade, material: Material, mesh: Mesh, through_thickness: int) -> float:
-    """Ratio f / f_0 that parasitic strains of 8-node bricks give the first bending frequency [-].
+    """Ratio f / f_0 of the first bending frequency with the parasitic strains of 8-node bricks to the exact one [-].
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ def compute_locking_factor(blade: Blade | PlainBlade, material: Material, mesh: 
     mesh
         Mesh of the blade, from which the element lengths are read.
     through_thickness
-        Elements through the thickness [-].
+        Number of elements through the thickness [-].
     """
     nu = material.poisson
     area, inertia = section(blade)
@@ -90,7 +91,7 @@ def find_chord_stations(blade: Blade | PlainBlade, mesh: Mesh) -> Float[NDArray[
 
 
 def compute_bending_energy(stations: Float[NDArray[np.float64], " k"]) -> Float[NDArray[np.float64], " k1"]:
-    """Share of the first mode's bending energy between stations z / L, shape (k - 1,) [-]."""
+    """Fraction of the first mode's bending energy between stations z / L, shape (k - 1,) [-]."""
 
     def curvature_squared(s: float) -> float:
         b = FIRST_MODE * s
