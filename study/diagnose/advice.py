@@ -31,6 +31,8 @@ TAG_TWO = {Finding.MISSING: "Two effects are missing", Finding.AMBIGUOUS: "Two e
 ADVICE_TWO = (
     'stickslip add "{effect}" writes the first into the case, and a second diagnosis finds the other; --auto does both'
 )
+#: The next step where the first of two effects is certain, and the second is one of several.
+ADVICE_FIRST = 'stickslip add "{effect}" writes the first into the case; diagnose again for the second'
 #: The next step where an unknown force has a place.
 ADVICE_PLACE = "inspect that place, or describe an effect of your own (docs/effects.md)"
 #: ... and a law.
@@ -86,6 +88,8 @@ def choose_advice(result: Round) -> str:
     if verdict.place is not None:
         return ADVICE_PLACE
     effect = best.effect.name if best is not None and best.effect is not None else ""
+    if len(verdict.effects) == 1 and verdict.further_alternatives:
+        return ADVICE_FIRST.format(effect=effect)
     if verdict.finding is Finding.AMBIGUOUS and len(verdict.effects) == 1 and not verdict.laws:
         return ADVICE_UNCONFIRMED.format(effect=effect)
     if verdict.finding is Finding.MISSING and verdict.further is not None:

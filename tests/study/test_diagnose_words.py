@@ -127,6 +127,16 @@ def test_two_missing_effects_are_told_with_their_strengths(two_masses: TwoMasses
     assert [row.effect.name for row in list_rows(two) if row.named] == ["mass at tip", further.name]
     page = make_files(two, history_of(case), case)["chain_diagnosis.html"].decode()
     assert "Two effects are missing" in page
+    # Another effect may be the second one.
+    other = replace(further, effect=replace(best.effect, name="mass at base"))
+    open_second = replace(pair, second_alternatives=(Finalist(refit=other, arrangement=first.arrangement),))
+    verdict = replace(verdict, finding=Finding.AMBIGUOUS, pair=open_second)
+    doubtful = replace(two, diagnosis=replace(result.diagnosis, verdict=verdict))
+    assert re.match(
+        rf"Mass at tip \(.*\) is missing, and also {further.name} \(.*\) or mass at base", format_headline(doubtful)
+    )
+    assert choose_advice(doubtful).endswith("diagnose again for the second")
+    assert [item["effect"] for item in make_document(doubtful)["further_alternatives"]] == ["mass at base"]
 
 
 def test_candidates_stand_by_their_fall_of_chi2_the_named_and_the_fitted_first(
