@@ -201,8 +201,9 @@ def add_heading(figure: Figure, result: TitledFigure) -> None:
     """Write title and subtitle at the top left, and keep the axes of a constrained layout below them."""
     width, height = figure.get_size_inches()
     margin = LEFT / width
+    heading = HEADING if result.subtitle else SUBTITLE
     if (engine := figure.get_layout_engine()) is not None:
-        engine.set(rect=(margin / 2, 0.0, 1 - margin, 1 - HEADING / height))  # type: ignore[call-arg]
+        engine.set(rect=(margin / 2, 0.0, 1 - margin, 1 - heading / height))  # type: ignore[call-arg]
     room = 72 * (width - 2 * LEFT) / (BOLD * max(len(result.title), 1))
     figure.text(
         margin, 1 - TITLE / height, result.title, ha="left", va="top", fontsize=min(13, room), fontweight="bold",
