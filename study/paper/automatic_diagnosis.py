@@ -69,9 +69,9 @@ class AutomaticDiagnosis:
 
 
 def diagnose_automatically(
-    model: PaperModel, start: RigParameters, campaign: Campaign, folder: Path, run: RunContext
+    model: PaperModel, start: RigParameters, campaign: Campaign, folder: Path, run: RunContext, *, repeat: bool = True
 ) -> AutomaticDiagnosis:
-    """Diagnose iteration 1, add the missing effect, and repeat until none is missing.
+    """Diagnose iteration 1, add the missing effect, and repeat until none is missing without doubt.
 
     Parameters
     ----------
@@ -83,6 +83,8 @@ def diagnose_automatically(
         Campaign as it was read, and its folder.
     run
         Output folder, store and progress.
+    repeat
+        Whether there is more than one round.
 
     Returns
     -------
@@ -91,7 +93,9 @@ def diagnose_automatically(
     assert run.output is not None
     text, into = write_case(model, start), run.output / "automatic"
     into.mkdir(exist_ok=True)
-    outcome = run.store.outcome(diagnose_text, text, start, campaign.content, campaign, folder, into, run)
+    outcome = run.store.outcome(
+        diagnose_text, text, start, campaign.content, campaign, folder, into, run, repeat=repeat
+    )
     if outcome.cached:
         run.progress.stored("automatic diagnosis")
         for name, content in outcome.value.files.items():
@@ -108,6 +112,8 @@ def diagnose_text(
     folder: Path,
     into: Path,
     run: RunContext,
+    *,
+    repeat: bool,
 ) -> AutomaticDiagnosis:
     """`diagnose_automatically` for the text of a case, as a stage: the hundreds of stored steps take long to read.
 
@@ -123,6 +129,8 @@ def diagnose_text(
         Folder of the case file.
     run
         Store and progress.
+    repeat
+        Whether there is more than one round.
     """
     del content
     file = into / "iteration_1.toml"
@@ -131,9 +139,9 @@ def diagnose_text(
     history.unlink(missing_ok=True)
     replace_file(file, text)
     try:
-        rounds = diagnose_file(file, campaign, folder, run, auto=True).rounds
+        rounds = diagnose_file(file, campaign, folder, run, auto=repeat).rounds
     except CampaignError as error:
-        # A campaign too small for a diagnosis, such as that of a quick run, can still be calibrated by hand.
+        # A campaign too small for a diagnosis can still be calibrated by hand.
         refused = AutomaticRound(sentence=f"no diagnosis: {error}", held_before=nan, held_after=nan)
         return AutomaticDiagnosis(files={file.name: text}, rounds=(refused,), values=(), others=(), is_complete=False)
     values, others = read_values(rounds[-1], start)

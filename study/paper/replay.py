@@ -89,7 +89,7 @@ def replay(run: RunContext, *, seed: int, like: int, quick: bool) -> Replay:
     seed, like
         Specimen, see `study.paper.truth.draw_truth`.
     quick
-        Whether to use a coarse mesh, few points and two repeats.
+        Whether to use a coarse mesh, few points, two repeats and one round of the automatic diagnosis.
 
     Raises
     ------
@@ -108,7 +108,8 @@ def replay(run: RunContext, *, seed: int, like: int, quick: bool) -> Replay:
     with process_pool(POOL_MODULES) as executor:
         hand = calibrate_by_hand(make_paper_plan(case), model, guess.mu, run, executor)
         sensitivity = _run_sensitivities(model, hand.last.parameters, hand.measured, run, executor)
-    own = diagnose_automatically(model, hand.nonlinear.iterations[0].parameters, reference.campaign, folder, run)
+    start = hand.nonlinear.iterations[0].parameters
+    own = diagnose_automatically(model, start, reference.campaign, folder, run, repeat=not quick)
     truth = json.loads((folder / FILE).read_text(encoding="utf-8"))["parameters"]
     return Replay(
         case=case, reference=reference, guess=guess, hand=hand, own=own, sensitivity=sensitivity, truth=truth,
