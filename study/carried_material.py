@@ -1,4 +1,4 @@
-"""The material that a mesh file carries, used with a note of its values if they can be those of a solid."""
+"""The material in a mesh file: its values are checked, reported and used."""
 
 from casefile.plausibility import MATERIAL_DENSITY, YOUNGS_MODULUS
 from fe.errors import MeshError
@@ -8,23 +8,23 @@ from study.run_context import RunContext
 
 
 def check_carried_material(file: str, carried: CarriedMaterial, length_unit: float, remedy: str) -> Material:
-    """The material of a file, if it can be that of a solid.
+    """Return the material of a mesh file if its values are possible for a solid.
 
     Parameters
     ----------
     file
         Name of the mesh file, for messages.
     carried
-        What it says of its material.
+        Material in the file.
     length_unit
-        Unit of its coordinates [m].
+        Unit of length of the coordinates in the file [m].
     remedy
         Where the user can give a material, as an imperative clause.
 
     Raises
     ------
     MeshError
-        None that can be used.
+        The file has no usable material.
     """
     if carried.material is None:
         why = f"{carried.obstacle}: " if carried.obstacle else f"{file} contains no material: "
@@ -43,7 +43,7 @@ def check_carried_material(file: str, carried: CarriedMaterial, length_unit: flo
 def use_carried_material(
     file: str, carried: CarriedMaterial, length_unit: float, remedy: str, run: RunContext
 ) -> Material:
-    """`check_carried_material` with a note of the values, and a warning where they are unusual; `run` tells them."""
+    """Do `check_carried_material`, report the values as a note, and warn of unusual ones; `run` prints both."""
     material = check_carried_material(file, carried, length_unit, remedy)
     run.note(f"the material {carried.name} of {file} is used: {describe_material(material, length_unit)}")
     for value, check in ((material.young, YOUNGS_MODULUS), (material.density, MATERIAL_DENSITY)):

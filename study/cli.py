@@ -1,4 +1,4 @@
-"""The command line: finds the command, runs it, and turns what happened into an exit code and a message.
+"""The command line: finds and runs the command, and turns its outcome into an exit code and a message.
 
 Exit codes: 0 done; 1 a computation did not converge, or `doctor` found something missing; 2 an input that the user can
 correct; 3 interrupted; 70 an internal error of stickslip.
@@ -34,7 +34,7 @@ class ExitCode(IntEnum):
     INTERNAL = 70
 
 
-# Name, where it is, and the line in the list of commands.
+# Name, module and object, and the line in the list of commands.
 COMMANDS = (
     ("new", "study.command.new:app", "Write a first case file of a blade, a rig, a part or matrices."),
     (
@@ -77,8 +77,9 @@ COMMANDS = (
     ("cache", "study.command.cache:app", "Show how much space the stored results take, or remove them."),
 )
 
-#: New objects before Python looks for garbage, and such looks before it looks at older and at all objects: imported
-#: libraries keep a million of them, and with Python's own numbers a command spends a tenth of its time on them.
+#: Thresholds of Python's garbage collector: new objects per collection, and collections of one generation per
+#: collection of the next. Imported libraries hold a million objects; with Python's defaults a command spends a tenth of
+#: its time on collections.
 GARBAGE_THRESHOLDS = (500_000, 20, 50)
 
 HELP = """\
@@ -102,7 +103,7 @@ Exit codes: 0 done, 1 not converged or something missing, 2 bad input, 3 interru
 
 
 def make_command_line() -> App:
-    """Make the app with all commands, none of them imported."""
+    """Make the app with all commands, without importing any of them."""
     app = App(
         name="stickslip",
         help=HELP,
@@ -119,7 +120,7 @@ def make_command_line() -> App:
 
 
 def run_command(words: Sequence[str]) -> "Answer | None":
-    """Answer of a command, with a page of what it has drawn; None of help and version, which have been printed."""
+    """Run a command and return its answer, with a page of its pictures; None for help and version, already printed."""
     answer: Answer | None = make_command_line()(words)
     if answer is None or not (pictures := list_noted_pictures()):
         return answer
@@ -134,7 +135,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments
-        Without the program's name; those of the process by default.
+        Words after the program's name; those of the process by default.
 
     Returns
     -------
@@ -147,25 +148,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is None:
         if code == ExitCode.INTERRUPTED:
             end_process(code)
-        # At its end Python would look for garbage among all objects: half a second, for memory that is free anyway.
+        # A collection of garbage at exit takes half a second; the memory is freed anyway.
         gc.freeze()
     return code
 
 
 def _run_guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: console.Output) -> int:
-    """Run a command; whatever it raises becomes a message and an exit code."""
+    """Run a command, and turn any exception into a message and an exit code."""
     interruption = Interruption()
     try:
         with interruption.watched(), removed_if_empty(), console.plain_warnings(), recorded(words) as answers:
             answer = run()
             if answer is not None:
                 answers.append((answer.exit_code, answer.document))
-        # Help and version have been printed already and answer nothing.
+        # Help and version have been printed already and have no answer.
         return ExitCode.DONE if answer is None else output.answer(answer)
     except KeyboardInterrupt:
         return _report_interruption(output)
     except Exception as error:
-        # Compiled code, or the import of it, makes another error of what interrupts it.
+        # Compiled code, or its import, may replace a KeyboardInterrupt by another error.
         if interruption.has_come or isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
             return _report_interruption(output)
         return _report_failure(error, words, output)
@@ -183,10 +184,10 @@ def _report_failure(error: Exception, words: Sequence[str], output: console.Outp
     if isinstance(error, CycloptsError):
         return output.error(ExitCode.BAD_INPUT, "usage", f"{error} See `{_format_help_line(words)}`.")
     if isinstance(error, BrokenPipeError):
-        return output.discard_output(ExitCode.DONE)  # The reader, such as `head`, has seen enough.
+        return output.discard_output(ExitCode.DONE)  # The reader, such as `head`, has closed the pipe.
     if isinstance(error, MemoryError):
         return output.error(ExitCode.FAILED, "computation", console.OUT_OF_MEMORY)
-    # Imported here because the package of InputError may import numpy, which help has no use for.
+    # Imported here because the package of InputError may import numpy, which help does not need.
     from casefile.errors import CaseError
     from geometry.errors import ComputationFailed, InputError
     from pipeline.output import describe_system_failure

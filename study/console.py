@@ -1,4 +1,4 @@
-"""Standard output and standard error of a command: results on the one, everything else on the other."""
+"""Output of a command: results on standard output, everything else on standard error."""
 
 import importlib.metadata
 import json
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from study.run_context import Answer
 
 
-#: Columns of a report: sentences are wrapped at it, tables keep within it.
+#: Width of a report [columns], for sentences and tables.
 WIDTH = 118
-#: What to do where memory is short.
+#: Message if memory is exhausted.
 OUT_OF_MEMORY = "out of memory; use fewer elements, or a machine with more memory"
 
 
@@ -48,14 +48,14 @@ class Output:
             if self._as_json:
                 self._document(answer.document)
             elif isinstance(answer.text, str):
-                # As it is: brackets are no markup, and long lines are not folded.
+                # Written unchanged: rich would read brackets as markup and fold long lines.
                 self._stream.write(f"{answer.text}\n")
             else:
                 _print_rich(answer.text, self._stream)
             self._stream.flush()
         except BrokenPipeError:
             raise
-        except OSError as error:  # a file on a full disk, to which Python would write again at its end
+        except OSError as error:  # for example a full disk; discarded, or Python would write again at exit
             self.discard_output(answer.exit_code)
             error.filename = "standard output"
             raise
@@ -63,7 +63,7 @@ class Output:
 
     def error(self, exit_code: int, kind: str, message: str, problems: "Sequence[Problem]" = ()) -> int:
         """Print an error, and return the exit code."""
-        # Problems of a case file stand alone, in the form that editors can follow: file:line: text.
+        # Problems of a case file have no prefix: editors can follow file:line: text.
         sys.stderr.write(f"{message}\n" if problems else f"stickslip: {message}\n")
         if self._as_json:
             details: dict[str, Any] = {"kind": kind, "exit_code": int(exit_code), "message": message}
@@ -89,7 +89,7 @@ class Output:
 
 @contextmanager
 def standard_output(*, as_json: bool) -> Iterator[Output]:
-    """Standard output for results; with JSON all else that is printed, by compiled code too, goes to standard error."""
+    """Reserve standard output for results; with JSON all other output, of compiled code too, goes to standard error."""
     sys.stdout.flush()
     if not as_json:
         yield Output(sys.stdout, as_json=False)
@@ -107,7 +107,7 @@ def standard_output(*, as_json: bool) -> Iterator[Output]:
 
 @contextmanager
 def plain_warnings() -> Iterator[None]:
-    """Show each warning about an input once, as a sentence; others are shown as Python does."""
+    """Show each warning about an input once, as a sentence, and other warnings as Python does."""
     shown: set[str] = set()
     with warnings.catch_warnings():
         as_python_does = warnings.showwarning
@@ -133,14 +133,14 @@ def plain_warnings() -> Iterator[None]:
 
 
 def report_mistake(error: BaseException, words: Sequence[str]) -> str:
-    """Sentence about an internal error of stickslip, whose traceback is written into a file."""
+    """Return a sentence about an internal error of stickslip, and write the traceback into a file."""
     file = write_traceback(error, words)
     kind = f"{type(error).__name__}: {error}".strip(": ")
     return f"internal error of stickslip ({kind}); please report it with the file {file}"
 
 
 def write_traceback(error: BaseException, words: Sequence[str]) -> str:
-    """Write what is needed to find a mistake into a new file, and return its name; to standard error if none can be."""
+    """Write versions, command and traceback into a new file and return its name; to standard error if that fails."""
     lines = [
         f"stickslip {importlib.metadata.version('stickslip')}, Python {sys.version}\n",
         f"$ stickslip {shlex.join(words)}\n\n",
@@ -161,7 +161,7 @@ def _print_rich(text: "RenderableType", stream: TextIO) -> None:
 
     class PipeSafeConsole(Console):
         def on_broken_pipe(self) -> None:
-            # Rich would end the process with exit code 1, but a reader that has seen enough is no error.
+            # Rich would end the process with exit code 1, but a closed pipe is not an error.
             raise BrokenPipeError
 
     PipeSafeConsole(file=stream).print(text)

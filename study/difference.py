@@ -1,16 +1,16 @@
-"""Differences of two results: which of their numbers and words are not the same."""
+"""Differences between the numbers and words of two results."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-#: Differences that are printed.
+#: Largest number of differences that are printed.
 MAX_DIFFERENCES = 40
-#: Numbers that differ by less are round-off [-].
+#: Largest relative difference that counts as round-off [-].
 ROUND_OFF = 1e-12
 
 
 def find_differences(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
-    """Values of two documents that differ, the largest relative difference first.
+    """List the values in which two documents differ, the largest relative difference first.
 
     Returns
     -------
@@ -26,7 +26,7 @@ def find_differences(first: Mapping[str, Any], second: Mapping[str, Any]) -> dic
 
 
 def describe_differences(document: Mapping[str, Any]) -> list[str]:
-    """Lines about what `find_differences` found."""
+    """Format the result of `find_differences` as lines of text."""
     different = document["different"]
     lines = [f"{len(different)} of {document['compared']} values differ"]
     for item in different[:MAX_DIFFERENCES]:
@@ -39,7 +39,7 @@ def describe_differences(document: Mapping[str, Any]) -> list[str]:
 
 
 def _list_leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
-    """Numbers and words of a document by their path."""
+    """Yield path and value of each number or word of a document."""
     if isinstance(value, Mapping):
         for name, item in value.items():
             yield from _list_leaves(item, f"{key}.{name}" if key else str(name))
@@ -51,7 +51,7 @@ def _list_leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def _change(first: Any, second: Any) -> float:
-    """Relative difference of two numbers; of anything else, more than that of any numbers."""
+    """Relative difference of two numbers; infinity if either value is not a number."""
     if not all(isinstance(value, int | float) for value in (first, second)):
         return float("inf")
     largest = max(abs(first), abs(second))

@@ -1,6 +1,6 @@
 """Missing software of this machine, found with the standard library alone, and the command that installs it.
 
-Nothing that may be missing is imported (`geometry.system_library`), and drawing is tried in a process of its own.
+Software that may be missing is not imported (`geometry.system_library`), and drawing is tried in a separate process.
 """
 
 import ctypes.util
@@ -21,10 +21,10 @@ from geometry.system_library import DEBIAN_PACKAGE, MEANT_FOR, SYSTEM_LIBRARIES,
 
 OLDEST_PYTHON = (3, 11)
 
-# A picture takes a few seconds; a driver that hangs should not hang the doctor.
+# A picture takes a few seconds; the limit is for a graphics driver that hangs.
 PICTURE_TIMEOUT = 120.0  # s
 
-# Draws a ball without a screen and looks whether any pixel changed.
+# Draws a sphere without a screen and checks that any pixel changed.
 TEST_PICTURE = """
 import os
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
@@ -57,15 +57,15 @@ class CheckResult:
     Parameters
     ----------
     subject
-        Name of what was looked for.
+        Name of the checked requirement.
     verdict
-        "missing" also where it is there and does not work.
+        "missing" also if the requirement is installed but does not work.
     detail
-        Its purpose, or what is wrong.
+        Purpose of the requirement, its version or location, or the fault.
     is_needed
-        False for what only some work needs.
+        False for a requirement that only some work needs.
     apt, pip
-        Packages that repair it.
+        Packages that install the requirement.
     """
 
     subject: str
@@ -77,7 +77,7 @@ class CheckResult:
 
 
 def examine(cache_folder: Path) -> list[CheckResult]:
-    """Check everything.
+    """Check all requirements.
 
     Parameters
     ----------
@@ -96,14 +96,14 @@ def examine(cache_folder: Path) -> list[CheckResult]:
 
 
 def make_install_command(findings: Iterable[CheckResult]) -> str:
-    """One line for the shell that installs all that is missing; empty if nothing is."""
+    """Return one line for the shell that installs all missing packages; empty if nothing is missing."""
     ill = [finding for finding in findings if finding.verdict != "ok"]
     apt = sorted({package for finding in ill for package in finding.apt})
     pip = sorted({package for finding in ill for package in finding.pip})
     parts = [apt_line(apt)] if apt else []
     if pip:
         lock = Path(__file__).resolve().parents[1] / "requirements.lock"
-        # The lock holds the tested versions; it lies in a checkout but in no wheel.
+        # The lock file has the tested versions; a checkout contains it, a wheel does not.
         what = ["-r", str(lock)] if lock.is_file() else pip
         parts.append(shlex.join([sys.executable, "-m", "pip", "install", *what]))
     return " && ".join(parts)
@@ -130,7 +130,7 @@ def _check_libraries() -> list[CheckResult]:
 
 
 def _check_packages() -> list[CheckResult]:
-    """Python packages that stickslip itself declares; what these need in turn is pip's business."""
+    """Check the Python packages that stickslip declares, without their own dependencies."""
     try:
         declared = importlib.metadata.requires("stickslip") or []
     except importlib.metadata.PackageNotFoundError:
@@ -178,7 +178,7 @@ def _check_cholmod() -> CheckResult:
         return CheckResult(
             subject="CHOLMOD", verdict="ok", detail=f"{path}, for large reductions on one or two threads"
         )
-    # Its name is another one in each release: it has no place in a line that must not fail.
+    # The package name depends on the release of Debian, so that it is not in the install command.
     packages = "apt-get install libcholmod5, or libcholmod3 on Debian 12"
     detail = f"without libcholmod reductions are slower: {packages}"
     return CheckResult(subject="CHOLMOD", verdict="missing", detail=detail, is_needed=False)

@@ -1,10 +1,10 @@
-"""Ctrl-C and SIGTERM end a command in the same way, wherever in Python or in compiled code they arrive.
+"""Ctrl-C and SIGTERM end a command in the same way, whether Python or compiled code runs.
 
-Python raises `KeyboardInterrupt` where it happens to be, and that may be a callback of compiled code or the import of
-a compiled module, which swallow it or turn it into another error. So a signal is remembered, and raised again until it
-has come through. Compiled code that makes named tuples of its results does not notice an error in one within another,
-and crashes: there the signal waits for the next line of Python. At the end of the process Python would take down
-libraries in the state that the signal left them in, which may crash: an interrupted process ends without.
+Python raises `KeyboardInterrupt` at the current line. In a callback of compiled code, or during the import of a
+compiled module, the exception may be swallowed or replaced by another error; the signal is therefore recorded and
+raised again until it has an effect. Compiled code that returns nested named tuples does not check for an error in an
+inner one, and crashes: there the exception is raised at the next line of Python outside. The teardown of libraries that
+were interrupted may crash too: an interrupted process ends without it.
 """
 
 import atexit
@@ -17,29 +17,29 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import NoReturn
 
-#: Until a signal that was swallowed is raised again: where Python says so, and where it does not [s].
+#: Delay until a swallowed signal is raised again: if Python reports that it was swallowed, and otherwise [s].
 SOON, LATER = 0.05, 10.0
-#: Modules whose Python runs while compiled code makes named tuples of its results.
+#: Modules whose Python code runs while compiled code makes named tuples of its results.
 RESULTS = ("namedtuple_", "numba.core.serialize")
 
 
 class Interrupted(KeyboardInterrupt):
-    """A signal; Python ends a process by SIGINT, after all is done, if an exact KeyboardInterrupt has passed `exec`."""
+    """An interrupting signal; after an exact KeyboardInterrupt from `exec`, Python would end the process by SIGINT."""
 
 
 class Interruption:
-    """Whether a signal has come."""
+    """Handler of interrupting signals, and whether a signal has come."""
 
     def __init__(self) -> None:
         self.has_come = False
 
     @contextmanager
     def watched(self) -> Iterator[None]:
-        """Raise `Interrupted` within when Ctrl-C is pressed or a batch system ends the job."""
+        """Raise `Interrupted` within this context when Ctrl-C is pressed or a batch system ends the job."""
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        # A shell has its background jobs ignore Ctrl-C.
+        # A shell lets its background jobs ignore Ctrl-C.
         wanted = [signal.SIGTERM, signal.SIGALRM]
         if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
             wanted.append(signal.SIGINT)
@@ -72,7 +72,7 @@ class Interruption:
 
 
 def _find_frame_outside_results(frame: FrameType | None) -> FrameType | None:
-    """The innermost frame that does not belong to the making of a result of compiled code."""
+    """Return the innermost frame outside the code that makes a result of compiled code."""
     outside = above = frame
     while above is not None:
         name, above = str(above.f_globals.get("__name__")), above.f_back
@@ -87,7 +87,7 @@ def _interrupt(_frame: FrameType, _event: str, _argument: object) -> NoReturn:
 
 
 def end_process(exit_code: int) -> NoReturn:
-    """End without taking libraries down; what is to be done at the end is done, and what was printed is written."""
+    """End the process without teardown of libraries, after the exit functions, with all output flushed."""
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
         stream.flush()

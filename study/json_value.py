@@ -6,7 +6,7 @@ from typing import Any
 
 
 def to_json(value: Any) -> Any:
-    """Value as strict JSON: arrays become lists, numbers that are not finite become null."""
+    """Convert a value to strict JSON: arrays become lists, numbers that are not finite become null."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if value is None or isinstance(value, bool | int | str):
@@ -14,7 +14,7 @@ def to_json(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): to_json(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        # A page holds a hundred thousand numbers, in lists of nothing else.
+        # A fast path: a page has a hundred thousand numbers in lists of floats.
         if all(type(item) is float for item in value) and all(map(math.isfinite, value)):
             return list(value)
         return [to_json(item) for item in value]

@@ -1,4 +1,4 @@
-"""The campaign of a command, whose long analyses are done once for all commands."""
+"""The measured campaign of a command; results of its long analyses are stored for all commands."""
 
 import tomllib
 from functools import partial
@@ -20,14 +20,14 @@ def read_measured(folder: Path, run: RunContext) -> Campaign:
     Parameters
     ----------
     folder
-        Of the campaign.
+        Folder of the campaign.
     run
-        Its store keeps what analyses found, such as modes of ring-downs and of frequency responses.
+        Run whose store keeps the results of analyses, such as modes of ring-downs and of frequency responses.
 
     Raises
     ------
     CampaignError
-        As `read_campaign`.
+        See `read_campaign`.
     """
     total = _count_analyses(folder)
     with run.progress.step("campaign", expected=None if total else 1) as report:
@@ -53,7 +53,7 @@ def _count_analyses(folder: Path) -> int:
 
 
 def keep_analyses(store: Store) -> Analyse:
-    """Analyses of data that a store keeps, for all commands that read the same numbers."""
+    """Make a function that runs analyses of data and stores their results for all commands with the same data."""
     return partial(_keep, store)
 
 

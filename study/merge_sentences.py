@@ -1,4 +1,4 @@
-"""Similar sentences merged into one: a mistake that was made in many files is printed once."""
+"""Similar sentences merged into one: a mistake that occurs in many files is printed once."""
 
 import re
 from collections.abc import Sequence
@@ -10,9 +10,9 @@ from geometry.name_list import MAX_NAMES, join_first_names
 if TYPE_CHECKING:
     from correlation.campaign.measurement import Suspicion
 
-#: Names of files; keys of a manifest such as run[2].columns.x0 are none.
+#: Names of files, but not keys of a manifest such as run[2].columns.x0.
 FILE = re.compile(r"(?<![\w\].])\w[\w.+-]*\.[A-Za-z]\w{1,4}\b")
-#: Numbers that stand alone: those in names, such as x2, tell sensors apart.
+#: Separate numbers, but not those in names such as x2, which distinguish sensors.
 NUMBER = re.compile(r"(?<![\w\".])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w\"])")
 ENTRY = re.compile(r"\[\d+\]")
 QUOTED = re.compile(r'"[^"]+"')
@@ -22,14 +22,14 @@ MANIFEST = "campaign.toml"
 def merge_similar(sentences: Sequence[str], *, naming_all: bool = False) -> list[str]:
     """Merge sentences that differ only by the file, by numbers or by their subject.
 
-    More than `MAX_NAMES` of them that differ also by quoted names, such as those of columns, are merged as well.
+    More than `MAX_NAMES` groups that differ only by quoted names, such as those of columns, are merged as well.
 
     Parameters
     ----------
     sentences
-        One each, in order, such as ``where: what``.
+        Sentences in order, such as ``where: what``.
     naming_all
-        Whether each place is named, not only the first ones.
+        Whether all places are named, not only the first ones.
     """
     groups: dict[str, list[str]] = {}
     for sentence in sentences:
@@ -53,16 +53,16 @@ def _name(names: Sequence[str], naming_all: bool) -> str:
 
 
 def _find_differing_names(sentences: Sequence[str]) -> list[str]:
-    """The first names in quotes that differ between sentences."""
+    """Return the first names in quotes that differ between sentences."""
     columns = zip(*(QUOTED.findall(sentence) for sentence in sentences), strict=False)
     return next((list(names) for names in columns if len(set(names)) > 1), [])
 
 
 def merge_suspicions(suspicions: Sequence["Suspicion"]) -> "tuple[Suspicion, ...]":
-    """Suspicions that are alike, once each."""
+    """Merge similar suspicions into one each."""
     groups: dict[str, list[Suspicion]] = {}
     for suspicion in suspicions:
-        # What is suspected is named by its place; a remark is not.
+        # A suspicion that is no remark and names no file is compared together with its place.
         text = str(suspicion)
         groups.setdefault(_strip_differences(text) if suspicion.remark or FILE.search(text) else text, []).append(
             suspicion
@@ -76,7 +76,7 @@ def merge_suspicions(suspicions: Sequence["Suspicion"]) -> "tuple[Suspicion, ...
 
 
 def _strip_differences(sentence: str) -> str:
-    """The sentence without what differs between files; without what it speaks of if it names no file."""
+    """Return the sentence without file names and numbers; if it names no file, without its subject."""
     files = [name for name in FILE.findall(sentence) if name != MANIFEST]
     if not files:
         return sentence.partition(": ")[2] or sentence
@@ -100,9 +100,9 @@ def _with_count(members: Sequence[str], *, naming_all: bool = False) -> str:
 
 
 def name_wrong_places(suspicions: "Sequence[Suspicion]") -> str:
-    """The first places where measurements look wrong, and how many more there are; empty if none does.
+    """Name the first places with suspected mistakes in measurements, and how many more there are; empty if none.
 
-    What a headline says in words of its own is not named by its place.
+    Remarks and suspicions with their own headline are left out.
     """
     wrong = [item for item in suspicions if not item.remark and not item.headline]
     return join_first_names(list(dict.fromkeys(place for item in wrong for place in (item.where, *item.alike))), "; ")

@@ -1,6 +1,7 @@
-"""What a result is made by: the command, hashes of the files that it read, and versions.
+"""Provenance of a result: the command, hashes of the files that it read, and versions.
 
-Every page carries it. It holds no time and no name of a machine, so that it is the same for the same command and data.
+Every page contains its provenance. It has no time and no machine name, so that it is the same for the same command and
+data.
 """
 
 import hashlib
@@ -15,7 +16,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-#: Options that say where a result goes, or how it is told, with whether a value follows.
+#: Options that set where a result is written or how it is printed, and whether a value follows the option.
 NOT_OF_THE_RESULT = {
     "--out": True, "--cache": True, "--scheduler": True, "--json": False, "--quiet": False, "--trust": False,
 }  # fmt: skip
@@ -25,16 +26,16 @@ PACKAGES = ("stickslip", "numpy", "scipy", "numba")
 
 @dataclass(frozen=True, kw_only=True)
 class Provenance:
-    """What a result is made by.
+    """Provenance of a result.
 
     Parameters
     ----------
     command
-        Words after ``stickslip``, without the output folder and options that change no number; a seed is one of them.
+        Words after ``stickslip``, without the output folder and options that change no number; with the seed.
     folder
-        Where the command was started, seen from the output folder.
+        Folder in which the command was started, relative to the output folder.
     inputs
-        SHA-256 of each file or folder that the words name, and of files that a case names.
+        SHA-256 of each file or folder that the words name, and of each file that a case names.
     versions
         Version of Python and of packages.
     """
@@ -45,21 +46,21 @@ class Provenance:
     versions: Mapping[str, str]
 
     def as_json(self) -> str:
-        """As one line of JSON."""
+        """Return the provenance as one line of JSON."""
         return json.dumps(asdict(self), ensure_ascii=False)
 
 
 def make_provenance(words: Sequence[str], output: Path, files: Mapping[str, str]) -> Provenance:
-    """Provenance of a command that started in the current folder.
+    """Make the provenance of a command that started in the current folder.
 
     Parameters
     ----------
     words
         Words after ``stickslip``.
     output
-        Its output folder.
+        Output folder of the command.
     files
-        Hashes of its input files, from `hash_files` when it started.
+        Hashes of the input files at the start of the command, from `hash_files`.
     """
     command = list_result_words(words)
     return Provenance(
@@ -76,7 +77,7 @@ def list_versions() -> dict[str, str]:
 
 
 def hash_files(words: Sequence[str]) -> dict[str, str]:
-    """SHA-256 of each file, not of folders, that a command reads."""
+    """SHA-256 of each file that a command reads, without folders."""
     command = list_result_words(words)
     return {name: hash_content(Path(name)) for name in list_inputs(command[1:]) if Path(name).is_file()}
 
@@ -94,7 +95,7 @@ def list_inputs(words: Sequence[str]) -> list[str]:
 
 
 def hash_content(path: Path) -> str:
-    """SHA-256 of a file, or of all files of a folder with their names; empty where they cannot be read."""
+    """SHA-256 of a file, or of all files of a folder with their names; empty if they cannot be read."""
     total = hashlib.sha256()
     try:
         for file in [path] if path.is_file() else sorted(item for item in path.rglob("*") if item.is_file()):
@@ -107,7 +108,7 @@ def hash_content(path: Path) -> str:
 
 
 def list_result_words(words: Sequence[str]) -> list[str]:
-    """Words of a command without those that say where its result goes or how it is told."""
+    """Words of a command without the options in `NOT_OF_THE_RESULT`."""
     kept, left = [], iter(words)
     for word in left:
         name, has_value, _ = word.partition("=")

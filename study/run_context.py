@@ -1,4 +1,4 @@
-"""The context in which every command runs, its options, and its answer.
+"""Context, options and answer of a command.
 
 A new command is one file under `study/command` and one line in `study.cli.COMMANDS`::
 
@@ -6,16 +6,16 @@ A new command is one file under `study/command` and one line in `study.cli.COMMA
 
     @app.default
     def reduce(case: Path, *, out: Out = Path("reduced"), options: Options = DEFAULTS) -> Answer:
-        from study.kind.blade.reduce import run_reduce            # heavy imports inside, so that help stays quick
+        from study.kind.blade.reduce import run_reduce     # heavy imports inside, so that help is quick
 
-        run = options.open(out)                            # refuses an unwritable folder before anything is computed
+        run = options.open(out)                            # refuses an unwritable folder before the computation
         step = run.step("modes", expected=20)
         model = step.run(reduced_model, load_case(case, ReduceCase), report=step.report)
         return Answer(document={"n_dof": model.n}, text=f"{model.n} degrees of freedom")
 
 Commands print nothing themselves: `Answer` is printed as text, or as one JSON document with
-``--json``. They raise `InputError` for what the user can correct and `ComputationFailed` for what did not converge;
-`study.cli` turns these into exit codes.
+``--json``. They raise `InputError` for mistakes that the user can correct and `ComputationFailed` for computations that
+did not converge; `study.cli` turns these into exit codes.
 """
 
 import sys
@@ -39,7 +39,7 @@ MANIFEST = "campaign.toml"
 
 
 def _take_folder(_kind: Any, tokens: Sequence[Token]) -> Path:
-    """The folder of a campaign, of which the manifest itself may be given."""
+    """Return the folder of a campaign, given the folder or its manifest."""
     path = Path(tokens[0].value)
     return path.parent if path.name == MANIFEST and path.is_file() else path
 
@@ -64,11 +64,11 @@ class Answer:
     Parameters
     ----------
     document
-        For ``--json``: text, numbers, lists and dicts alone; a number that is not finite becomes null.
+        Result for ``--json``: only text, numbers, lists and dicts; a number that is not finite becomes null.
     text
-        For people: text, or anything that rich can print for a command that makes no page.
+        Result for people: text, or anything that rich can print for a command that makes no page.
     exit_code
-        0, or 1 if the command did its work and the result is bad.
+        0, or 1 if the command was completed and the result is bad.
     """
 
     document: Mapping[str, Any]
@@ -83,11 +83,11 @@ class RunContext:
     Parameters
     ----------
     output
-        Output folder, known to be writable; None for a command that writes no files.
+        Output folder, checked to be writable; None for a command that writes no files.
     store
-        Results of stages.
+        Stored results of stages.
     progress
-        Shows steps, or does not.
+        Display of the steps, or none.
     json, quiet
         Options of the user.
     pictures
@@ -105,13 +105,13 @@ class RunContext:
     scheduler: str | None = None
 
     def step(self, name: str, *, expected: float | None = None) -> "ShownStep":
-        """A step that is one stage; `expected` is as in `pipeline.progress.Progress`."""
+        """Make a step of one stage; for `expected` see `pipeline.progress.Progress`."""
         from pipeline.progress import ShownStep
 
         return ShownStep(name, self.store, self.progress, expected)
 
     def draw(self, results: Mapping[str, object]) -> list[Path]:
-        """Write every figure of some results, by the names of their files; those of figures from outside too."""
+        """Draw and write all registered figures of some results, those of the user's Python files included."""
         from figure.registry import pictures
         from study.run_record import note_pictures
 
@@ -120,7 +120,7 @@ class RunContext:
         return list(files)
 
     def write_files(self, contents: Mapping[str, str | bytes]) -> tuple[Path, ...]:
-        """Write files into the output folder, by their names."""
+        """Write contents, by file name, into the output folder."""
         from pipeline.output import replace_file
 
         assert self.output is not None
@@ -130,7 +130,7 @@ class RunContext:
         return tuple(files)
 
     def note(self, sentence: str) -> None:
-        """Write a note to standard error, unless quiet was asked for."""
+        """Write a note to standard error, unless the user asked for --quiet or --json."""
         if not (self.quiet or self.json):
             sys.stderr.write(f"stickslip: {sentence}\n")
 
@@ -141,7 +141,7 @@ class RunContext:
 
 
 def silent_run() -> RunContext:
-    """A run that stores, shows and writes nothing."""
+    """Make a run that stores, shows and writes nothing."""
     from pipeline.progress import SilentProgress
     from pipeline.store import Store
 
@@ -175,14 +175,14 @@ class Options:
     def open(
         self, output: Path | None = None, *, place: Path | None = None, scheduler: str | None = None
     ) -> RunContext:
-        """Begin a run.
+        """Start a run.
 
         Parameters
         ----------
         output
             Folder to write into, if the command writes files.
         place
-            Measured folder or case of the run: a step takes another time with another one.
+            Campaign folder or case of the run: durations of steps are stored separately for each.
         scheduler
             Address of a dask scheduler that takes tasks, if the user gave one.
 
@@ -230,7 +230,7 @@ class Options:
         return self.cache if self.cache is not None else default_folder()
 
 
-# Commands take it as their default: one object, since it cannot be changed.
+# Default options of all commands: one shared object, since it is immutable.
 DEFAULTS = Options()
 
 
@@ -242,9 +242,9 @@ def make_command_app(name: str, details: str, *, examples: Sequence[str]) -> App
     name
         Name of the command.
     details
-        Shown by the command's own help, below the line of `study.cli.COMMANDS` and the options.
+        Text in the help of the command, below its line from `study.cli.COMMANDS` and the options.
     examples
-        Command lines that work as they are.
+        Command lines that work without changes.
     """
     return App(
         name=name,
@@ -254,13 +254,13 @@ def make_command_app(name: str, details: str, *, examples: Sequence[str]) -> App
 
 
 def format_details(details: str, *, examples: Sequence[str]) -> str:
-    """Text below the options in the help of a command, or of a command of a group; see `make_command_app`."""
+    """Format the text below the options in the help of a command, or of a subcommand; see `make_command_app`."""
     shown = "\n".join(f"    {example}" for example in examples)
     return f"{cleandoc(details)}\n\nExamples:\n\n{shown}"
 
 
 def _format_default(value: object) -> str | None:
-    """Default of an option in the help; that of a flag, or none, says nothing."""
+    """Format the default of an option for the help; None for a flag and for an option without a default."""
     if value is None or value is False or value == ():
         return None
     return " ".join(map(str, value)) if isinstance(value, tuple) else str(value)

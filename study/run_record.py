@@ -1,7 +1,8 @@
-"""A record of each run that writes files: what was run on which files, when, for how long, and its answer.
+"""Records of runs that write files: command, input files, time, duration and answer of each.
 
-`Options.open` notes the output folder, `study.cli` writes the record when the command has answered, `stickslip runs`
-reads it. Records lie beside the stored results, one per command and output folder: the newest.
+`Options.open` notes the output folder, `study.cli` writes the record after the answer of the command, and
+`stickslip runs` reads it. Records are stored beside the stored results; only the newest of each command and output
+folder is kept.
 """
 
 import hashlib
@@ -21,7 +22,7 @@ from pipeline.output import replace_file
 from study.json_value import to_json
 from study.provenance import Provenance, hash_files, make_provenance
 
-#: Folder of the records, within that of the stored results.
+#: Folder of the records, within the folder of stored results.
 RECORDS = "runs"
 
 
@@ -36,21 +37,21 @@ class RunRecord:
     command
         Words after ``stickslip``.
     folder, output
-        Where it was started, and its output folder.
+        Folder in which it was started, and its output folder.
     started, finished
         Times in UTC, as ISO 8601.
     seconds
         Wall-clock time [s].
     version, python, machine
-        With what it ran.
+        Version of stickslip, version of Python, and machine.
     inputs
-        SHA-256 of each file or folder that the words name, and of files that a case names.
+        SHA-256 of each file or folder that the words name, and of each file that a case names.
     files
-        Names of the files that it wrote into the output folder.
+        Names of the files that the run wrote into the output folder.
     exit_code
         0, or 1 for a result that is bad.
     answer
-        The document of ``--json``.
+        Document of ``--json``.
     """
 
     path: Path
@@ -71,23 +72,23 @@ class RunRecord:
 
 @dataclass
 class _Run:
-    """What is known of the command that runs."""
+    """State of the command that runs."""
 
     words: Sequence[str]
     output: Path | None = None
     stored: Path | None = None
     files: Mapping[str, str] = field(default_factory=dict)
-    """Hashes of its input files as it found them: it may write a case."""
+    """Hashes of the input files at the start: the command may change a case."""
     provenance: Provenance | None = None
     pictures: list[Path] = field(default_factory=list)
-    """Files of the pictures that it has drawn."""
+    """Files of the pictures that the command has drawn."""
 
 
 _RUN: ContextVar[_Run | None] = ContextVar("the command that runs", default=None)
 
 
 def note_output(output: Path, stored: Path | None) -> None:
-    """Note the output folder of the command that runs, the folder of stored results, and the files that it reads."""
+    """Note output folder, folder of stored results and input files of the command that runs."""
     run = _RUN.get()
     if run is not None and run.words:
         run.output, run.stored, run.provenance = output.resolve(), stored, None
@@ -106,23 +107,23 @@ def list_noted_pictures() -> list[Path]:
 
 
 def get_provenance() -> Provenance | None:
-    """What the result of the command that runs is made by; None in Python."""
+    """Provenance of the command that runs; None if no command runs, such as in a Python script."""
     run = _RUN.get()
     return None if run is None else _note_provenance(run)
 
 
 def _note_provenance(run: _Run) -> Provenance | None:
     if run.provenance is None and run.output is not None:
-        # Folders are hashed when the command has read them: any folder can be named, such as a whole disk.
+        # Folders are hashed after the command has read them, because a word may name any folder, even a whole disk.
         run.provenance = make_provenance(run.words, run.output, run.files)
     return run.provenance
 
 
 @contextmanager
 def recorded(words: Sequence[str]) -> Iterator[list[tuple[int, Mapping[str, Any]]]]:
-    """Write a record of the command that runs within, if it has an output folder and answers.
+    """Write a record of the command that runs within this context, if it has an output folder and an answer.
 
-    The list takes the exit code and the document of the answer.
+    The caller appends exit code and document of the answer to the list.
     """
     run = _Run(words)
     token = _RUN.set(run)
@@ -139,18 +140,18 @@ def recorded(words: Sequence[str]) -> Iterator[list[tuple[int, Mapping[str, Any]
 
 
 def find_records(stored: Path, below: Path) -> list[RunRecord]:
-    """Records of runs whose output folder is a folder or below it and still there, the oldest first.
+    """List the records of runs whose output folder exists and is a given folder or below it, the oldest first.
 
     Parameters
     ----------
     stored
         Folder of stored results.
     below
-        The folder.
+        Given folder.
     """
     result = []
     for path in (stored / RECORDS).glob("*.json"):
-        # One that is damaged says nothing, and the next run of the same command replaces it.
+        # A damaged record is ignored; the next run of the same command replaces it.
         with suppress(OSError, ValueError, KeyError, TypeError):
             document = json.loads(path.read_text(encoding="utf-8"))
             names = [item.name for item in fields(RunRecord) if item.name != "path"]
@@ -161,12 +162,12 @@ def find_records(stored: Path, below: Path) -> list[RunRecord]:
 
 
 def find_newest_record(stored: Path, output: Path) -> RunRecord:
-    """Record of the last run that wrote into an output folder.
+    """Find the record of the last run that wrote into an output folder.
 
     Raises
     ------
     InputError
-        There is none.
+        There is no such record.
     """
     records = [item for item in find_records(stored, output) if Path(item.output) == output.resolve()]
     if not records:
@@ -195,7 +196,7 @@ def _write(
         "python": platform.python_version(),
         "machine": f"{platform.node()}, {platform.platform()}",
         "inputs": provenance.inputs,
-        # Some file systems keep whole seconds alone.
+        # Some file systems store only whole seconds.
         "files": [
             file.name
             for file in sorted(output.iterdir())
@@ -205,7 +206,7 @@ def _write(
         "answer": to_json(answer),
     }
     key = hashlib.sha256(f"{words[0]}\0{output}".encode()).hexdigest()[:16]
-    # The result is there without its record: a full disk is no error here.
+    # The result is complete without its record: a full disk is not an error here.
     with suppress(OSError):
         (stored / RECORDS).mkdir(exist_ok=True)
         replace_file(stored / RECORDS / f"{key}.json", json.dumps(document, indent=1, ensure_ascii=False) + "\n")

@@ -1,1 +1,1 @@
-"""`stickslip bench`: case and measurements in the browser, to see, add, undo, calibrate and move parameters."""
+"""`stickslip bench`: a case and measurements in the browser; add or undo effects, calibrate, change parameters."""

@@ -1,4 +1,4 @@
-"""What can be done on the bench, each as one call that answers with what the page shows and with named numbers.
+"""The calls of the bench; each returns named numbers and the parts of the page that have changed.
 
 The page, its worker process and an exported script make the same calls::
 
@@ -57,14 +57,14 @@ from study.run_context import RunContext, silent_run
 
 @dataclass(frozen=True, kw_only=True)
 class CallResult:
-    """Answer of a call.
+    """Result of a call.
 
     Parameters
     ----------
     numbers
-        Named numbers and words, the same whenever the same is done.
+        Named numbers and words; reproducible, so that a repeated call gives the same.
     views
-        Parts of the page that are new, as plain data.
+        Changed parts of the page, as plain data.
     """
 
     numbers: Mapping[str, float | str]
@@ -73,7 +73,7 @@ class CallResult:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Comparison:
-    """A comparison with its lines, and the text of the case that it is of."""
+    """A comparison with its predicted lines, and the text of the compared case."""
 
     text: str
     read: ReadCase
@@ -84,23 +84,23 @@ class _Comparison:
 
     @property
     def drawn(self) -> dict[bool, tuple[Points, Coefficients]]:
-        """The lines at the values of the case, by whether the contacts are absent."""
+        """Lines at the values of the case, by whether the contacts are absent."""
         return {name == "free": (item.points, item.prediction.value) for name, item in self.lines.items()}
 
 
 class Bench:
-    """A case beside a campaign.
+    """A case and a campaign, with the calls of the bench.
 
     Parameters
     ----------
     case, folder
-        A case file and a campaign.
+        Case file, and folder of the campaign.
     run
         Store and progress; by default nothing is stored or shown.
     without
         Kinds of effects to leave out.
     is_copy
-        Whether the case is one of `study.bench.copied_case.copy_beside`, whose effect files lie apart.
+        Whether the case is a copy from `study.bench.copied_case.copy_beside`, with effect files in a separate folder.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class Bench:
         Raises
         ------
         CaseError, CampaignError
-            With what is wrong in them.
+            The case or the campaign has mistakes.
         """
         campaign = self._read_campaign()
         if campaign.has_only_typed_data:
@@ -148,7 +148,7 @@ class Bench:
         Raises
         ------
         CaseError, CampaignError, EffectError
-            With what is wrong in them.
+            The case, the campaign or an effect file has mistakes.
         """
         if self._read_campaign().has_only_typed_data:
             return CallResult(numbers={}, views=screen_data_campaign())
@@ -176,12 +176,12 @@ class Bench:
         return CallResult(numbers=numbers, views=views)
 
     def diagnose(self) -> CallResult:
-        """Diagnose the case as `stickslip diagnose` does, and note the verdict in its history.
+        """Diagnose the case as `stickslip diagnose` does, and record the verdict in its history.
 
         Raises
         ------
         CaseError, CampaignError, EffectError
-            With what is wrong in them.
+            The case, the campaign or an effect file has mistakes.
         """
         campaign = self._read_campaign()
         if campaign.has_only_typed_data:
@@ -210,25 +210,25 @@ class Bench:
         Parameters
         ----------
         effect, values
-            As there: the values of the last diagnosis by default.
+            Name and values of the effect, see `stickslip add`; by default the values of the last diagnosis.
         seen
-            `hash_text` of the case as it was seen; by default any is taken.
+            `hash_text` of the case that the page shows; by default it is not checked.
 
         Raises
         ------
         CaseEditError
-            The case is another one than was seen; and as `stickslip add`.
+            The case differs from the one that the page shows, or an error of `stickslip add`.
         """
         self._require_seen(seen)
         return self._written(add(self.case, effect, values, self.run))
 
     def undo(self, count: int = 1, seen: str | None = None) -> CallResult:
-        """Take steps back, as `stickslip undo` does; `seen` as in `add`.
+        """Undo steps, as `stickslip undo` does; for `seen` see `add`.
 
         Raises
         ------
         CaseEditError
-            The case is another one than was seen; and as `stickslip undo`.
+            The case differs from the one that the page shows, or an error of `stickslip undo`.
         """
         self._require_seen(seen)
         if count < 1:
@@ -238,18 +238,18 @@ class Bench:
         return self._written(step)
 
     def calibrate(self, seen: str | None = None) -> CallResult:
-        """Write the fitted calibration parameters into the case, as `stickslip calibrate` does; `seen` as in `add`.
+        """Write the fitted calibration parameters into the case, as `stickslip calibrate` does; for `seen` see `add`.
 
         Raises
         ------
         CaseEditError
-            The case is another one than was seen; and as `stickslip calibrate`.
+            The case differs from the one that the page shows, or an error of `stickslip calibrate`.
         """
         self._require_seen(seen)
         return self._written(calibrate_case(self.case, self.folder, self.run, self.without))
 
     def move(self, values: Mapping[str, float]) -> CallResult:
-        """Exact curves, or features of typed data, with other values of some parameters; the case stays as it is.
+        """Compute exact curves, or features of typed data, for other values of some parameters; the case is unchanged.
 
         Parameters
         ----------
@@ -261,7 +261,7 @@ class Bench:
         InputError
             A parameter that the case does not have.
         """
-        # A slider moves many times: files are read for the first of them alone.
+        # A slider of the page moves many times: files are read only the first time.
         if self._comparison is None and (campaign := self._read_campaign()).has_only_typed_data:
             numbers_alone, views = move_data_parameters(self.case, campaign, self.run, values)
             return CallResult(numbers=numbers_alone, views=views)
@@ -273,9 +273,9 @@ class Bench:
         return CallResult(numbers={**numbers}, views={"moved": {**shown, "values": dict(values)}})
 
     def limits(self) -> CallResult:
-        """Lay the measured families over the limits of all friction histories, as `stickslip compare --limits` does.
+        """Compare measured families with the limits of all friction histories, as `stickslip compare --limits` does.
 
-        What was found of a search that was cancelled is stored, and the same call goes on from there.
+        Results of a cancelled search are stored, and the same call continues from there.
         """
         result = self._current()
         setup, compared, case = result.read.setup, result.compared, result.read.opened.case
@@ -291,27 +291,27 @@ class Bench:
         return CallResult(numbers=count_limits(families), views={"limits": show_limits(families, panels)})
 
     def save_effect(self, file: str, text: str, seen: str | None = None, before: str | None = None) -> CallResult:
-        """Write a file of effects of one's own beside the case, which names it; with a mistake nothing is written.
+        """Write an effect file beside the case, and its name into the case; with a mistake nothing is written.
 
         Parameters
         ----------
         file
-            Name of the file: one that the case names, or a new one.
+            Name of a file that the case names, or of a new file.
         text
-            Its source.
+            Source of the file.
         seen
-            As in `add`.
+            See `add`.
         before
-            `hash_text` of the source as it was seen, empty for a new file; by default any is taken.
+            `hash_text` of the source that the page shows, empty for a new file; by default it is not checked.
 
         Raises
         ------
         EffectError
-            The file has a mistake, with its line.
+            The file has a mistake; the message has its line.
         CaseEditError
-            The case or the file is another one than was seen.
+            The case or the file differs from the one that the page shows.
         UntrustedCode
-            Others may change what is in the folder, and the user does not trust them.
+            Other users may change the folder, and the user does not trust them.
         """
         self._require_seen(seen)
         own = OwnFile(case=self.case, name=file, is_copy=self.is_copy)
@@ -323,12 +323,12 @@ class Bench:
         return CallResult(numbers=numbers, views={"own": show_own_effects(self.case, model)})
 
     def edit(self, text: str) -> CallResult:
-        """Replace the case by another text, as an editor does."""
+        """Replace the text of the case, as an editor does."""
         replace_file(self.case, (use_effect_copies(self.case, text) if self.is_copy else text).encode("utf-8"))
         return CallResult(numbers={})
 
     def _current(self) -> _Comparison:
-        """The comparison of the case as it is now."""
+        """Return the comparison of the current case."""
         result = self._comparison
         if result is None or result.text != read_text(self.case):
             self._comparison = result = self._compare(self._read_campaign())
@@ -353,7 +353,7 @@ class Bench:
         return read_measured(self.folder, self.run)
 
     def _is_diagnosed(self, setup: Setup) -> bool:
-        """Whether a diagnosis of the case as it is now is stored, so that it takes no time."""
+        """Whether a diagnosis of the current case is stored, so that it takes no time."""
         key = hash_case(read_text(self.case))
         if not any(step.what == DIAGNOSIS and step.case_key == key for step in history_of(self.case).steps):
             return False

@@ -1,4 +1,4 @@
-"""Text of a case: its hash, and the names of its effect files, which are changed and all else stays."""
+"""Text of a case: its hash, and changes to the names of its effect files."""
 
 import tomllib
 from collections.abc import Sequence
@@ -10,12 +10,12 @@ from study.diagnose.edit import UneditableLayout, edit_tables
 
 
 def hash_text(text: str) -> str:
-    """Hash of a text, by which a page tells whether it is still the one that it shows."""
+    """Hash of a text, by which a page detects that the text has changed."""
     return sha256(text.encode("utf-8")).hexdigest()
 
 
 def list_effect_files(text: str) -> list[str]:
-    """Names in ``[effects] files`` of a case; none of a text that is no case."""
+    """List the names in ``[effects] files`` of a case; empty for a text that is not a case."""
     try:
         table = tomllib.loads(text.removeprefix("\ufeff")).get("effects", {})
     except (ValueError, RecursionError):
@@ -25,21 +25,21 @@ def list_effect_files(text: str) -> list[str]:
 
 
 def with_effect_files(text: str, files: Sequence[str], file: str = "the case") -> str:
-    """The text of a case that names these effect files.
+    """Set the names of the effect files in the text of a case.
 
     Parameters
     ----------
     text
         Text of the case.
     files
-        All names.
+        Names of all effect files.
     file
-        Name of the case for messages.
+        Name of the case, for messages.
 
     Raises
     ------
     CaseError
-        Its layout does not allow it.
+        The layout of the text cannot be edited.
     """
 
     def name_them(before: dict[str, Any]) -> dict[str, Any]:
@@ -65,7 +65,7 @@ def _named(pieces: Sequence[str], files: Sequence[str]) -> str:
             continue
         before = list(table.get("files", []))
         if before and list(files[: len(before)]) == before:
-            table["files"].extend(files[len(before) :])  # with its comments and lines
+            table["files"].extend(files[len(before) :])  # keeps comments and line breaks of the list
         else:
             table["files"] = list(files)
         return "".join([*pieces[:number], tomlkit.dumps(document), *pieces[number + 1 :]])

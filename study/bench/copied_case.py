@@ -17,16 +17,16 @@ def make_effect_folder(copy: Path) -> Path:
 
 @contextmanager
 def copy_beside(case: Path, text: str, history: str, effects: Mapping[str, str] | None = None) -> Iterator[Path]:
-    """A copy of a case beside it, where it finds the same files; it is removed in the end.
+    """Make a copy of a case in the same folder, so that relative file names are valid; the copy is removed at the end.
 
     Parameters
     ----------
     case
-        The case.
+        Path of the case.
     text, history
-        What the copy and its history say; no history if that is empty.
+        Texts of the copy and of its history; an empty history is not written.
     effects
-        Texts of effect files by the names that the case has for them: the copy names files of its own instead.
+        Texts of effect files, by their names in the case: the copy names copies of these files instead.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def copy_beside(case: Path, text: str, history: str, effects: Mapping[str, str] 
 
 
 def write_effect_copy(copy: Path, name: str, text: str) -> Path:
-    """Write the copy of an effect file into a private folder, where no other user can change it before it runs."""
+    """Write the copy of an effect file into a private folder, so that no other user can change it before it runs."""
     make_effect_folder(copy).mkdir(mode=0o700, exist_ok=True)
     file = make_effect_folder(copy) / name
     file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -58,7 +58,7 @@ def write_effect_copy(copy: Path, name: str, text: str) -> Path:
 
 
 def use_effect_copies(copy: Path, text: str) -> str:
-    """Replace the effect files that a case names by the copies, where there are any."""
+    """Replace the names of effect files in the text of a case by those of existing copies."""
     files = list_effect_files(text)
     own = [
         f"{make_effect_folder(copy).name}/{name}" if (make_effect_folder(copy) / name).is_file() else name

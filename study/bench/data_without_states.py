@@ -1,4 +1,4 @@
-"""A campaign without steady states in the bench: its comparison, its pictures and its diagnosis."""
+"""The bench for campaigns without steady states: comparison, pictures and diagnosis."""
 
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
@@ -36,7 +36,7 @@ Numbers = dict[str, float | str]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _CaseWithData:
-    """A case with such a campaign, and its parameters."""
+    """A case with a campaign without steady states, and the parameters of the case."""
 
     read: ReadCase
     campaign: Campaign
@@ -46,7 +46,7 @@ class _CaseWithData:
     def compare(
         self, model: Model, run: RunContext
     ) -> tuple[Numbers, list[dict[str, Any]], tuple[DataComparison, ...]]:
-        """Numbers, sections and features of a comparison with a model of the case."""
+        """Compare a model of the case with the data; return numbers, sections of the page, and features."""
         model = with_sensors(model, self.campaign)
         with run.progress.step("comparison", expected=5):
             data = compare_data(model, self.campaign.data)
@@ -64,7 +64,7 @@ def _read_case_with_data(case: Path, campaign: Campaign, run: RunContext) -> _Ca
 
 
 def compare_data_campaign(case: Path, campaign: Campaign, run: RunContext) -> tuple[Numbers, Views]:
-    """Numbers and parts of the page of a comparison, as `stickslip compare` makes it."""
+    """Compare as `stickslip compare` does; return numbers and parts of the page."""
     alone, history = _read_case_with_data(case, campaign, run), history_of(case)
     setup, make_surfaces = alone.read.setup, alone.read.structure.surfaces
     numbers, sections, data = alone.compare(setup.complete, run)
@@ -84,7 +84,7 @@ def compare_data_campaign(case: Path, campaign: Campaign, run: RunContext) -> tu
 def move_data_parameters(
     case: Path, campaign: Campaign, run: RunContext, values: Mapping[str, float]
 ) -> tuple[Numbers, Views]:
-    """The same comparison with other values of some parameters; the case stays as it is."""
+    """Compare with other values of some parameters; the case is unchanged."""
     alone = _read_case_with_data(case, campaign, run)
     moved = move_values(alone.unknowns, alone.values, values, case)
     numbers, sections, _ = alone.compare(alone.unknowns.compose(alone.unknowns.clipped(moved)), run)
@@ -92,7 +92,7 @@ def move_data_parameters(
 
 
 def screen_data_campaign() -> Views:
-    """Effects of such data are not screened, but fitted one by one by a diagnosis."""
+    """Return an empty screening: for these data a diagnosis fits the effects one by one, without screening."""
     nothing: Views = {"rows": [], "verdict": None, "chance": None}
     return {"candidates": nothing, "errors": None, "fitted": {}, "law": None, "next_test": None, "is_diagnosed": False}
 
@@ -100,7 +100,7 @@ def screen_data_campaign() -> Views:
 def diagnose_data_campaign(
     case: Path, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str]
 ) -> tuple[Numbers, Views]:
-    """Numbers and parts of the page of a diagnosis, as `stickslip diagnose` makes it."""
+    """Diagnose as `stickslip diagnose` does; return numbers and parts of the page."""
     result = diagnose_data(case, campaign, folder, run, without)
     verdict = result.diagnosis.verdict
     shown = {"sentence": result.headline, "threshold": "", "finding": verdict.finding.value}
@@ -113,7 +113,7 @@ def diagnose_data_campaign(
 
 
 def _list_candidates(result: DataDiagnosisResult) -> list[dict[str, Any]]:
-    """Fitted effects, those that are named first."""
+    """List the fitted effects, those named by the verdict first."""
     named = {entry.name for entry in result.diagnosis.verdict.effects}
     baseline, rows = result.diagnosis.baseline, []
     count = sum(len(item.features.value) for item in compare_data(baseline.fit.model, result.campaign.data))

@@ -1,4 +1,4 @@
-"""What a page showed last: the next bench of the same case shows it at once, while it compares anew."""
+"""The last views of a page: the next bench of the same case shows them until the new comparison is finished."""
 
 import contextlib
 import json
@@ -10,19 +10,19 @@ from pathlib import Path
 from pipeline.output import replace_file
 from study.bench.work import BenchFiles
 
-#: Parts of the page that are of a moment alone.
+#: Parts of the page that are not stored.
 PASSING = frozenset({"moved"})
 
 
 def read_last_views(place: BenchFiles, texts: tuple[str, ...]) -> dict[str, bytes]:
-    """Parts of the page as they were, by name; none if they are of something else, or were never stored.
+    """Read the stored parts of the page, by name; empty if none are stored, or if case or campaign have changed.
 
     Parameters
     ----------
     place
         Case, campaign and folder of stored results.
     texts
-        What the parts are of: text of the case, its history, signature of the campaign.
+        Text of the case, its history, and signature of the campaign, which the stored parts must match.
     """
     file = _name_file(place)
     if file is None:
@@ -37,7 +37,7 @@ def read_last_views(place: BenchFiles, texts: tuple[str, ...]) -> dict[str, byte
 
 
 def store_last_views(place: BenchFiles, texts: tuple[str, ...], views: Mapping[str, bytes]) -> None:
-    """Store the parts of a page; where the disk refuses, the next bench begins with an empty page."""
+    """Store the parts of a page; errors of the disk are ignored, and the next bench begins with an empty page."""
     file = _name_file(place)
     if file is None:
         return
@@ -49,7 +49,7 @@ def store_last_views(place: BenchFiles, texts: tuple[str, ...], views: Mapping[s
 
 
 def _name_file(place: BenchFiles) -> Path | None:
-    """File of a case and its campaign; a new view replaces the last one."""
+    """Return the file for a case and its campaign; new views replace the last ones."""
     if place.cache is None:
         return None
     names = [str(place.case.resolve()), str(place.folder.resolve()), *place.without]

@@ -1,4 +1,4 @@
-"""Predicted lines of a comparison that move with the parameters: their sensitivities, and the exact lines elsewhere."""
+"""Predicted lines of a comparison with their derivatives by the parameters, and exact lines at other parameters."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ from study.compare.curve import LINE_TOLERANCE, join_sides, refine_points
 from study.compare.result import ComparisonResult
 from study.compare.unknown_gain import set_gains
 
-#: Step of a difference for a parameter that moves points, as a share of its size [-].
+#: Step of the finite difference for a parameter without analytical derivatives, as a fraction of its typical size [-].
 STEP = 0.02
 
 
@@ -48,20 +48,20 @@ class Lines:
 
 
 def list_unknowns(setup: Setup, campaign: Campaign) -> tuple[Unknowns, Values]:
-    """Parameters that can be moved, and their values in the case, shape (p,).
+    """List the parameters that can be changed, and their values in the case, shape (p,).
 
     Parameters
     ----------
     setup
-        The case, with the sensors of the campaign.
+        Set-up of the case, with the sensors of the campaign.
     campaign
-        Campaign, whose unknown gains are found first.
+        Campaign whose unknown gains are fitted first.
     """
     return list_case_unknowns(set_gains(setup, campaign).setup)
 
 
 def list_case_unknowns(setup: Setup) -> tuple[Unknowns, Values]:
-    """List the unknowns of a case whose gains are known."""
+    """List the parameters of a case whose gains are known, and their values, shape (p,)."""
     effects = [item.effect for item in setup.added]
     calibration = [(item, item.deviation) for item in setup.calibration_parameters]
     unknowns = Unknowns.from_effects(setup.model, calibration, effects)
@@ -71,12 +71,12 @@ def list_case_unknowns(setup: Setup) -> tuple[Unknowns, Values]:
 
 
 def move_values(unknowns: Unknowns, values: Values, given: Mapping[str, float], case: Path) -> Values:
-    """Values of the parameters of a case with some of them replaced, shape (p,).
+    """Replace some values of the parameters of a case, shape (p,).
 
     Raises
     ------
     InputError
-        A parameter that the case does not have.
+        The case does not have such a parameter.
     """
     moved = np.array(values)
     for name, value in given.items():
@@ -88,7 +88,7 @@ def move_values(unknowns: Unknowns, values: Values, given: Mapping[str, float], 
 
 @stage("lines that move", ignore=("compared", "unknowns", "values"))
 def find_lines(key: str, compared: ComparisonResult, unknowns: Unknowns, values: Values) -> dict[str, Lines]:
-    """Lines of each configuration with their slopes, "free" and "jointed"; the key is that of the comparison."""
+    """Compute the lines of each configuration, "free" and "jointed", with their slopes; the key is the comparison's."""
     del key
     return {
         name_configuration(free): _compute_lines(predictor, compared.prediction, unknowns, values)
@@ -97,7 +97,7 @@ def find_lines(key: str, compared: ComparisonResult, unknowns: Unknowns, values:
 
 
 def make_predictors(compared: ComparisonResult) -> dict[bool, Predictor]:
-    """Predictor of the lines of each configuration, by whether the contacts are absent."""
+    """Make the predictor of the lines of each configuration, by whether the contacts are absent."""
     everything, _ = join_sides(compared.train, compared.held_out)
     sweeps, result = find_sweep_directions(compared.campaign), {}
     for free in np.unique(everything.points.free):
@@ -111,7 +111,7 @@ def make_predictors(compared: ComparisonResult) -> dict[bool, Predictor]:
 def move_lines(
     compared: ComparisonResult, lines: Mapping[str, Lines], unknowns: Unknowns, values: Values
 ) -> dict[bool, tuple[Points, Complex[NDArray[np.complex128], " k"]]]:
-    """Exact lines at other values of the parameters, by whether the contacts are absent."""
+    """Compute exact lines at other values of the parameters, by whether the contacts are absent."""
     model = unknowns.compose(unknowns.clipped(values))
     result = {}
     for free, predictor in make_predictors(compared).items():
@@ -121,7 +121,7 @@ def move_lines(
 
 
 def at_measured(misfit: Misfit, points: Points, line: Complex[NDArray[np.complex128], " k"]) -> Misfit:
-    """Misfit with the predictions that lie on some lines; rows whose point is on none keep theirs."""
+    """Replace the predictions of a misfit at all points of a line; other predictions are unchanged."""
 
     def rows(points: Points) -> list[tuple[bool, float, float, str, int, int]]:
         columns = (points.free, points.level, points.frequency, points.sensor, points.harmonic, points.sweep)
@@ -130,7 +130,7 @@ def at_measured(misfit: Misfit, points: Points, line: Complex[NDArray[np.complex
     result = dict(zip(rows(points), line.tolist(), strict=True))
     value = [result.get(row, old) for row, old in zip(rows(misfit.points), misfit.predicted.tolist(), strict=True)]
     predicted = np.array(value, dtype=np.complex128)
-    # A sensor without a phase reads moduli.
+    # The reading of a sensor without a phase is a modulus.
     modulus = ~misfit.phased & (misfit.points.harmonic > 0)
     return replace(misfit, predicted=np.where(modulus, np.abs(predicted), predicted))
 

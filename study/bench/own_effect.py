@@ -1,6 +1,6 @@
-"""Effects of the user's own: their files as the page shows them, and files that are tried before they are saved.
+"""Effect files of the user: shown by the page, and tried before they are saved.
 
-A file of effects is a program. It runs here under the rule for all files that a case names (`study.case.trust`).
+An effect file is a program. It runs under the rule for all Python files that a case names (`study.case.trust`).
 """
 
 import re
@@ -23,9 +23,9 @@ from study.diagnose.history import read_text, write_beside
 from study.kind.registry import open_case
 from study.run_context import RunContext
 
-#: Name of a new file.
+#: Pattern of the name of a new file.
 NAME = re.compile(r"[A-Za-z]\w*\.py", re.ASCII)
-#: Stiffness at which the template is screened, and its largest, as shares of the stiffness of its place [-].
+#: Stiffness at which the template is screened, and its upper bound, as fractions of the stiffness of its place [-].
 TYPICAL, LARGEST = 0.01, 10.0
 TEMPLATE = '''"""An effect of your own: describe it here."""
 
@@ -69,9 +69,9 @@ class OwnFile:
     case
         Path of the case.
     name
-        Name of the file, as the user's case has it.
+        Name of the file in the user's case.
     is_copy
-        Whether the case is a copy, whose effect files lie apart.
+        Whether the case is a copy, with effect files in a separate folder.
     """
 
     case: Path
@@ -80,7 +80,7 @@ class OwnFile:
 
     @property
     def named(self) -> str:
-        """Name of the file as the case has it."""
+        """Name of the file in the case or its copy."""
         return f"{make_effect_folder(self.case).name}/{self.name}" if self.is_copy else self.name
 
     @property
@@ -90,12 +90,12 @@ class OwnFile:
 
     @property
     def text(self) -> str | None:
-        """Its text; None if there is no such file.
+        """Text of the file; None if it does not exist.
 
         Raises
         ------
         EffectError
-            It cannot be read, or is no text.
+            The file cannot be read, or is not text.
         """
         try:
             return self.path.read_bytes().decode("utf-8") if self.path.is_file() else None
@@ -106,11 +106,11 @@ class OwnFile:
 
     @property
     def hash(self) -> str:
-        """Hash of its text; empty if there is no such file."""
+        """Hash of the text; empty if the file does not exist."""
         return "" if self.text is None else hash_text(self.text)
 
     def write(self, text: str) -> None:
-        """Write it."""
+        """Write the file."""
         if self.is_copy:
             write_effect_copy(self.case, self.name, text)
         else:
@@ -118,7 +118,7 @@ class OwnFile:
 
 
 def show_own_effects(case: Path, model: Model) -> dict[str, Any]:
-    """Effect files that the case names with their sources, and a template for another; no file is run."""
+    """Make the view of the effect files that the case names, with a template for another; no file is run."""
     files = []
     for name in list_effect_files(read_text(case)):
         own = OwnFile(case=case, name=name)
@@ -128,7 +128,7 @@ def show_own_effects(case: Path, model: Model) -> dict[str, Any]:
 
 
 def write_template(model: Model) -> str:
-    """Text of an effect file to begin with: a spring at the first place that is a displacement; empty without one."""
+    """Write the template of an effect file: a spring at the first place that is a displacement; empty without one."""
     for name, row in model.places.items():
         dof, stiffness = find_dof(model, row), float(row @ model.system.stiffness @ row)
         if stiffness > 0 and (dof is None or dof.direction in TRANSLATIONS):
@@ -139,31 +139,31 @@ def write_template(model: Model) -> str:
 def save_own_effect(
     own: OwnFile, text: str, campaign: Campaign, run: RunContext
 ) -> tuple[dict[str, float | str], Model]:
-    """Write an effect file which the case names, once it has run on a copy of the case.
+    """Write an effect file and its name into the case, after a trial on a copy of the case.
 
     Parameters
     ----------
     own
-        The file.
+        Effect file.
     text
-        Its text.
+        New text of the file.
     campaign
-        Campaign, whose sensors the model has as well.
+        Campaign whose sensors are added to the model.
     run
         Store of the structure.
 
     Returns
     -------
-    Words on what it offers, and the model without added effects.
+    Names of the offered effects, and the model without added effects.
 
     Raises
     ------
     EffectError
-        Its name cannot be taken, or it has a mistake, with its line; nothing is written then.
+        The name of the file is invalid, or the file has a mistake, with its line; nothing is written then.
     UntrustedCode
-        Others may change what is in the folder, and the user does not trust them.
+        Other users may change the folder, and the user does not trust them.
     CaseError, OutputError
-        A case that cannot be read, edited or written.
+        The case cannot be read, edited or written.
     """
     open_case(own.case)
     before = read_text(own.case)
@@ -200,13 +200,13 @@ def _lies_outside(name: str) -> bool:
 def _try_effect(
     own: OwnFile, text: str, after: str, campaign: Campaign, run: RunContext
 ) -> tuple[dict[str, float | str], Model]:
-    """Run the file on a copy of the case; mistakes bear the names of the user's own files."""
+    """Run the file on a copy of the case; messages name the user's files, not the copies."""
     with copy_beside(own.case, after, "", {own.named: text}) as copy:
         file = (make_effect_folder(copy) / own.named).resolve()
         try:
             setup = read_case(copy, campaign, run).setup
             offered = read_effects(file).candidates(setup.model)
-            list_case_effects(setup.model, setup.effect_files)  # no two of one name
+            list_case_effects(setup.model, setup.effect_files)  # refuses duplicate names
         except InputError as error:
             sentence = str(error).replace(str(file), str(own.path)).replace(str(copy), str(own.case))
             raise EffectError(sentence) from None

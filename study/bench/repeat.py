@@ -1,4 +1,4 @@
-"""What an exported script calls: the bench, and the numbers of each call as a line of JSON."""
+"""Functions for exported scripts: open a bench, and print the numbers of each call as a line of JSON."""
 
 import json
 import sys
@@ -15,7 +15,7 @@ from study.run_context import RunContext, silent_run
 def open_bench(
     case: Path, folder: Path, without: Sequence[str] = (), cache: Path | None = None, *, is_copy: bool = False
 ) -> Bench:
-    """Bench with the user's stored results, that shows no progress."""
+    """Open a bench with the user's stored results, without display of progress."""
     store = Store(cache or default_folder(), RunContext.warn)
     silent = silent_run()
     run = RunContext(output=None, store=store, progress=silent.progress, json=False, quiet=True)

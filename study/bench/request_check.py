@@ -1,12 +1,12 @@
-"""Check of requests: the server answers this computer alone, with the token, from the page itself."""
+"""Check of requests: the server answers only requests of its own page on this computer, with the token."""
 
 from collections.abc import Mapping
 from hmac import compare_digest
 
-#: Names by which a browser may call this computer.
+#: Host names of this computer in valid requests.
 NAMES = ("127.0.0.1", "localhost")
 
-#: Headers of every answer: the page loads from here alone, is in no frame, and its token goes nowhere.
+#: Headers of every response: the page loads only from this server, is not shown in frames, and sends no referrer.
 HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
@@ -26,11 +26,11 @@ def find_rejection_reason(headers: Mapping[str, str], given: str, token: str, po
     Parameters
     ----------
     headers
-        Headers of the request, found by any case of their names.
+        Headers of the request, a mapping that ignores the case of names.
     given
-        Token of its address.
+        Token in the address of the request.
     token, port
-        Those of the server.
+        Token and port of the server.
     """
     hosts = [f"{name}:{port}" for name in NAMES]
     if headers.get("Host", "") not in hosts:

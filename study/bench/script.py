@@ -1,4 +1,4 @@
-"""What was clicked as commands, as Python, and as a script that does it once more on a copy of the case."""
+"""Log of the bench as commands, as Python calls, and as a script that repeats the calls on a copy of the case."""
 
 import shlex
 from collections.abc import Mapping, Sequence
@@ -6,20 +6,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-#: Keys of a call that say nothing of what is done.
+#: Arguments of a call that are only checks, and not part of the log.
 PRIVATE = frozenset({"seen", "before"})
 
 
 @dataclass(frozen=True, kw_only=True)
 class ScriptEntry:
-    """Something that was done.
+    """A call in the log.
 
     Parameters
     ----------
     name, arguments
-        Call of `study.bench.bench.Bench`.
+        Method of `study.bench.bench.Bench`, and its arguments.
     numbers
-        What it answered.
+        Numbers that the call returned.
     when
         Local time, ISO 8601.
     """
@@ -31,7 +31,7 @@ class ScriptEntry:
 
 
 def format_command(entry: ScriptEntry, case: Path, folder: Path, without: Sequence[str] = ()) -> str:
-    """Command that does the same; a comment where the page alone does it."""
+    """Format the command that does the same as a call; a comment for a call without a command."""
     left_out = ["--without", *without] if without else []
     given = entry.arguments
     words: list[str]
@@ -57,7 +57,7 @@ def format_command(entry: ScriptEntry, case: Path, folder: Path, without: Sequen
 
 
 def format_python(entry: ScriptEntry) -> str:
-    """Call in Python that does the same."""
+    """Format the Python call that does the same."""
     given = {key: value for key, value in entry.arguments.items() if key not in PRIVATE and value not in ((), [], None)}
     return f"bench.{entry.name}({', '.join(f'{key}={value!r}' for key, value in given.items())})"
 
@@ -66,18 +66,18 @@ def format_script(
     entries: Sequence[ScriptEntry], case: Path, folder: Path, without: Sequence[str], text: str, history: str,
     effects: Mapping[str, str] | None = None,
 ) -> str:  # fmt: skip
-    """Script that repeats all entries on a copy of the case, and prints their numbers.
+    """Format a script that repeats all entries on a copy of the case, and prints their numbers.
 
     Parameters
     ----------
     entries
-        What was done, oldest first.
+        Calls, oldest first.
     case, folder, without
-        As in `study.bench.bench.Bench`.
+        See `study.bench.bench.Bench`.
     text, history
-        Case file and its history as they were before the first entry.
+        Texts of the case file and of its history before the first entry.
     effects
-        Effect files that were written since, as they were before, by name.
+        Texts of changed effect files before the first entry, by name.
     """
     calls = "".join(f"        show({format_python(entry)})\n" for entry in entries)
     return f'''\

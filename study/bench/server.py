@@ -1,4 +1,4 @@
-"""The local server of the bench: the page, its state and its clicks, for this computer alone."""
+"""The local server of the bench: the page, its state and its clicks, only for this computer."""
 
 import asyncio
 import contextlib
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from aiohttp import web
 
 STATIC = Path(__file__).with_name("static")
-#: Longest wait of a page for a new state, and of one that watches a computation [s].
+#: Longest wait of a page for a new state, without and with a running computation [s].
 LONGEST, WATCHING = 5.0, 0.9
-#: How often case and campaign are looked at [s].
+#: Interval of checks for changes of case and campaign [s].
 LOOK_EVERY = 1.0
 MISSING = (
     'stickslip bench needs aiohttp, which is not installed: sh install.sh, or in a checkout pip install -e ".[bench]"'
@@ -38,9 +38,9 @@ class BenchApplication:
     Parameters
     ----------
     session
-        Its state.
+        State of the session.
     token
-        Part of every address.
+        Token that is part of every address.
     port
         Port of the server.
     """
@@ -49,7 +49,7 @@ class BenchApplication:
         self.session, self.token, self.port = session, token, port
 
     def make_app(self) -> "web.Application":
-        """Routes behind the guard."""
+        """Make the application: routes, with a check of every request."""
         from aiohttp import web
 
         @web.middleware
@@ -90,7 +90,7 @@ class BenchApplication:
 
         if name == "palette.css":
             return web.Response(text=write_palette(), content_type="text/css")
-        # Names are those of the folder: nothing else can be asked for.
+        # Only names of files in the folder are valid.
         known = {file.name: file for file in STATIC.iterdir() if file.suffix in KINDS}
         return _answer_file(known[name]) if name in known else web.Response(status=404)
 
@@ -142,14 +142,14 @@ def serve_bench(place: BenchFiles, port: int, *, opened: Callable[[str], None]) 
     place
         Case, campaign and store.
     port
-        Port on the loopback; 0 for one that is free.
+        Port on the loopback interface; 0 for any free port.
     opened
-        Receives the address when the server answers.
+        Function that receives the address when the server is ready.
 
     Raises
     ------
     InputError
-        aiohttp is missing, or the port is taken.
+        aiohttp is missing, or the port is in use.
     """
     if find_spec("aiohttp") is None:
         raise InputError(MISSING)
@@ -158,12 +158,12 @@ def serve_bench(place: BenchFiles, port: int, *, opened: Callable[[str], None]) 
 
 
 def open_socket(port: int) -> socket.socket:
-    """A socket that listens on the loopback.
+    """Open a socket that listens on the loopback interface.
 
     Raises
     ------
     InputError
-        The port is taken or forbidden.
+        The port is in use or forbidden.
     """
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -178,7 +178,7 @@ def open_socket(port: int) -> socket.socket:
 
 
 def find_plotly() -> Path:
-    """The script of plotly, which its package brings."""
+    """Find the script plotly.min.js in the package plotly."""
     package = find_spec("plotly")
     assert package is not None
     assert package.origin is not None
@@ -186,7 +186,7 @@ def find_plotly() -> Path:
 
 
 def write_palette() -> str:
-    """Colours of the page as style sheet, for light and dark; `data-theme` of the page outdoes the system's choice."""
+    """Write the style sheet of light and dark colours; `data-theme` of the page overrides the choice of the system."""
     from figure.style import DARK_PAGE, LIGHT_PAGE
 
     def rule(selector: str, colours: Mapping[str, str], scheme: str) -> str:
@@ -209,7 +209,7 @@ async def _serve(place: BenchFiles, listener: socket.socket, opened: Callable[[s
     loop, port, token = asyncio.get_running_loop(), listener.getsockname()[1], secrets.token_urlsafe(24)
     stop = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
-        with contextlib.suppress(ValueError, RuntimeError):  # in a thread of a test there are no signals
+        with contextlib.suppress(ValueError, RuntimeError):  # a thread of a test cannot handle signals
             loop.add_signal_handler(number, stop.set)
     session: Session
 

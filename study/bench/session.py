@@ -1,6 +1,6 @@
-"""State of an open bench: what the pages show, what is computed, and what was done; without any network.
+"""State of an open bench: views of the page, running and queued calls, and the log; independent of the network.
 
-The truth is in the case file, its history and the stored results; a session is lost without loss.
+All results are in the case file, its history and the stored results, so that nothing is lost with a session.
 """
 
 import json
@@ -17,16 +17,16 @@ from study.bench.script import ScriptEntry, format_command, format_python, forma
 from study.bench.work import CALLS, BenchFiles
 from study.diagnose.history import name_history_file
 
-#: Calls that write the case, and those whose answers are of the case as it was when they began.
+#: Calls that write the case, and calls whose results belong to the case at their start.
 WRITING, READING = (
     frozenset({"add", "undo", "calibrate", "save_effect"}),
     frozenset({"compare", "screen", "diagnose", "move", "limits"}),
 )
-#: Calls after which the page shows the case as it is.
+#: Calls after which the page shows the current case.
 SHOWING = frozenset({"compare", "screen", "diagnose"})
-#: Files of a campaign folder that are looked at.
+#: Largest number of files of a campaign folder that are checked for changes.
 MOST_FILES = 2000
-#: Sentences to the user.
+#: Messages to the user.
 CANCELLED = "Cancelled. Finished work is stored: the same command continues from there."
 ENDED = (
     "The computation ended unexpectedly, most often for lack of memory. Nothing is lost: finished work is stored, and "
@@ -36,10 +36,10 @@ BUSY = "{name} is running: wait for it or cancel it, then click again. Nothing w
 
 
 class Caller(Protocol):
-    """A worker: see `study.bench.worker.Worker`."""
+    """Interface of a worker, see `study.bench.worker.Worker`."""
 
     def call(self, number: int, name: str, arguments: Mapping[str, Any]) -> None:
-        """Ask for a call of the bench."""
+        """Request a call of the bench."""
 
     def end(self) -> None:
         """End the process."""
@@ -47,7 +47,7 @@ class Caller(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Call:
-    """A call that waits or runs."""
+    """A queued or running call."""
 
     number: int
     name: str
@@ -56,16 +56,16 @@ class Call:
 
 @dataclass
 class Session:
-    """What is known of a case and a campaign that are open.
+    """State of an open case and campaign.
 
     Parameters
     ----------
     place
         Case, campaign and store.
     worker
-        Worker, whose messages go to `receive`.
+        Worker whose messages go to `receive`.
     clock
-        Seconds; another one in tests.
+        Function that returns the time [s]; replaced in tests.
     """
 
     place: BenchFiles
@@ -90,12 +90,12 @@ class Session:
         self.is_last = bool(self.views)
 
     def begin(self) -> None:
-        """Queue the calls whose results a page shows first."""
+        """Queue the first calls of a page: comparison and screening."""
         self._ask("compare", {})
         self._ask("screen", {})
 
     def ask(self, name: str, arguments: Mapping[str, Any]) -> None:
-        """Handle a click: start the call, queue it, or refuse it in a sentence."""
+        """Handle a click: start the call, queue it, or refuse it with a message."""
         self.message = None
         if name not in CALLS:
             self._set_message("error", f'there is no call "{name}": reload the page')
@@ -117,7 +117,7 @@ class Session:
         self._set_message("note", CANCELLED)
 
     def receive(self, message: Mapping[str, Any]) -> None:
-        """Take a message of the worker."""
+        """Handle a message of the worker."""
         kind = message["kind"]
         if kind == "progress":
             self.steps = list(message["steps"]) if self.running is not None else []
@@ -140,7 +140,7 @@ class Session:
         """Check whether another program has changed the case or the campaign."""
         text, campaign = read_text(self.place.case), sign_folder(self.place.folder)
         if self.running is not None and self.running.name in WRITING:
-            return  # its own change
+            return  # the running call changes the case
         if text is not None and text != self._text:
             self._text = text
             self.entries.append(self._entry("edit", {"text": text}, {}))
@@ -155,7 +155,7 @@ class Session:
 
     @property
     def state(self) -> dict[str, Any]:
-        """State that a page polls; the parts that it draws are fetched by their versions."""
+        """State that a page polls; the page fetches a view when its version has changed."""
         case, folder = self.place.case, self.place.folder
         running = self.running
         return {
@@ -182,7 +182,7 @@ class Session:
 
     @property
     def script(self) -> str:
-        """Script that repeats what was done."""
+        """Script that repeats the calls of the log."""
         place = self.place
         return format_script(
             self.entries, place.case, place.folder, place.without, self._first, self._first_history, self._first_effects
@@ -190,7 +190,7 @@ class Session:
 
     @property
     def _shown_texts(self) -> tuple[str, ...]:
-        """Texts of which the parts of the page are made."""
+        """Case, history and signature of the campaign that the parts of the page belong to."""
         return self._text, read_text(name_history_file(self.place.case)) or "", self._campaign
 
     @property
@@ -205,7 +205,7 @@ class Session:
     def _take(self, message: Mapping[str, Any]) -> None:
         name, views = message["name"], message["views"]
         if name in READING and self._text != self._text_of_call:
-            return  # of a case that is another one by now
+            return  # the case has changed since the start of the call
         entry = self._entry(name, message["arguments"], message["numbers"])
         if name == "move" and self.entries and self.entries[-1].name == "move":
             self.entries.pop()
@@ -216,7 +216,7 @@ class Session:
             encoded = json.dumps(document, ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode()
             self.views[part] = (self.views.get(part, (0, b""))[0] + 1, encoded)
         if name == "compare" and "limits" in self.views:
-            self.views["limits"] = (self.views["limits"][0] + 1, b"null")  # they were those of the case before
+            self.views["limits"] = (self.views["limits"][0] + 1, b"null")  # the limits were those of the previous case
         if name in SHOWING:
             self.is_last = self.is_last and name == "compare"
             store_last_views(self.place, self._shown_texts, {part: view for part, (_, view) in self.views.items()})
@@ -227,7 +227,7 @@ class Session:
             self._ask("diagnose", {})
 
     def _keep_first_effect(self, name: str) -> None:
-        """Keep an effect file as it was shown before it was written for the first time, for the script."""
+        """Keep the shown text of an effect file from before its first change, for the script."""
         if sum(item.name == "save_effect" and item.arguments["file"] == name for item in self.entries) > 1:
             return
         _, shown = self.views.get("own", (0, b'{"files": []}'))
@@ -236,7 +236,7 @@ class Session:
         }
 
     def _restart_reading(self) -> None:
-        """Call again what depends on case and campaign."""
+        """Repeat the calls that depend on case and campaign."""
         self.queue = [call for call in self.queue if call.name in WRITING]
         self.begin()
 
@@ -265,7 +265,7 @@ class Session:
 
 
 def read_text(file: Path) -> str | None:
-    """Text of a file as it is on the disk; None if it cannot be read now."""
+    """Read the text of a file; None if it cannot be read now."""
     try:
         return file.read_bytes().decode("utf-8")
     except (OSError, UnicodeDecodeError):
@@ -273,7 +273,7 @@ def read_text(file: Path) -> str | None:
 
 
 def sign_folder(folder: Path) -> str:
-    """Names, sizes and times of the files of a folder, as a hash; empty if it cannot be read now."""
+    """Hash of names, sizes and times of the files of a folder; empty without files, or if they cannot be read now."""
     try:
         files = sorted(file for file in folder.rglob("*") if file.is_file())[:MOST_FILES]
         facts = [(str(file), file.stat().st_size, file.stat().st_mtime_ns) for file in files]

@@ -1,4 +1,4 @@
-"""What runs in the worker process: calls of the bench, whose progress, results and failures are sent as messages."""
+"""Code of the worker process: it runs calls of the bench, and sends progress, results and failures as messages."""
 
 import os
 import threading
@@ -17,11 +17,11 @@ from pipeline.progress import Report
 from study import console
 from study.json_value import to_json
 
-#: Least time between two messages of progress [s].
+#: Shortest time between two messages of progress [s].
 EVERY = 0.25
-#: How often the worker looks whether its server is still there [s].
+#: Interval of checks that the server still runs [s].
 LOOK_EVERY = 1.0
-#: Calls of `study.bench.bench.Bench` that a page may ask for.
+#: Calls of `study.bench.bench.Bench` that a page may request.
 CALLS = frozenset({"compare", "screen", "diagnose", "add", "undo", "calibrate", "save_effect", "move", "limits"})
 
 Send = Callable[[Mapping[str, Any]], None]
@@ -29,16 +29,16 @@ Send = Callable[[Mapping[str, Any]], None]
 
 @dataclass(frozen=True, kw_only=True)
 class BenchFiles:
-    """What a worker works on.
+    """Input of a worker.
 
     Parameters
     ----------
     case, folder, without
-        As in `study.bench.bench.Bench`.
+        See `study.bench.bench.Bench`.
     cache
         Folder of stored results.
     trust
-        Whether the user has said ``--trust``.
+        Whether ``--trust`` was given.
     """
 
     case: Path
@@ -49,8 +49,8 @@ class BenchFiles:
 
 
 def serve_calls(connection: Connection, place: BenchFiles, parent: int) -> None:
-    """Answer calls until the connection is closed; the process ends when its server does."""
-    os.setsid()  # Ctrl-C in the terminal is the server's business, and so are this worker's own processes.
+    """Run calls until the connection is closed; the process ends with its server."""
+    os.setsid()  # Only the server handles Ctrl-C; it also ends the processes that this worker starts.
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     lock = threading.Lock()
 
@@ -74,7 +74,7 @@ def serve_calls(connection: Connection, place: BenchFiles, parent: int) -> None:
 
 
 def describe(error: Exception, name: str) -> str:
-    """What went wrong, in a sentence for the page."""
+    """Describe an error in a sentence for the page."""
     if isinstance(error, InputError | ComputationFailed):
         return str(error)
     if isinstance(error, MemoryError):
@@ -90,7 +90,7 @@ def _open(place: BenchFiles, send: Send) -> Any:
     from study.case.trust import trust_code
     from study.run_context import RunContext
 
-    trust_code(place.trust)  # a process of its own does not know what its parent was told
+    trust_code(place.trust)  # this process does not inherit the setting of its parent
 
     def warn(sentence: str) -> None:
         send({"kind": "warning", "sentence": sentence})
@@ -117,22 +117,22 @@ class _Step:
     def document(self, now: float) -> dict[str, Any]:
         share = self.share
         if share is None and self.expected:
-            share = min((now - self.start) / self.expected, 0.95)  # never to its end before it is there
+            share = min((now - self.start) / self.expected, 0.95)  # not complete before the step ends
         return {"name": self.name, "share": share}
 
 
 @dataclass
 class SentProgress:
-    """Progress as messages: the open steps, each within the one before, as `pipeline.progress.Progress`.
+    """Progress as messages: the open, nested steps; see `pipeline.progress.Progress`.
 
     Parameters
     ----------
     send
-        Sends a message.
+        Function that sends a message.
     durations
-        How long steps took last time.
+        Durations of steps in earlier runs.
     clock
-        Seconds; another one in tests.
+        Function that returns the time [s]; replaced in tests.
     """
 
     send: Send
@@ -160,7 +160,7 @@ class SentProgress:
         self._send_progress()
 
     def stored(self, name: str) -> None:
-        """Nothing: a stored step takes no time."""
+        """Do nothing, since a stored step takes no time."""
 
     def _send_progress(self, *, at_once: bool = False) -> None:
         now = self.clock()
@@ -170,5 +170,5 @@ class SentProgress:
 
 
 def documents(steps: Sequence[_Step], now: float) -> list[dict[str, Any]]:
-    """Steps as data for the page, the outermost first."""
+    """Make the data of steps for the page, the outermost first."""
     return [step.document(now) for step in steps]

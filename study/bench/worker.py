@@ -1,4 +1,4 @@
-"""The worker process from the server's side: start it, call it, end it at once."""
+"""Control of the worker process by the server: start, call, end."""
 
 import contextlib
 import multiprocessing
@@ -10,7 +10,7 @@ from typing import Any
 
 from study.bench.work import BenchFiles, serve_calls
 
-#: Time that a process is given to end by itself [s].
+#: Longest wait for the end of a process after a signal [s].
 PATIENCE = 1.0
 
 
@@ -20,9 +20,9 @@ class Worker:
     Parameters
     ----------
     place
-        What it works on.
+        Case, campaign and store.
     receive
-        Receives its messages, in a thread of its own; `{"kind": "ended"}` when it ends without being told.
+        Function that receives messages, in a separate thread; `{"kind": "ended"}` after an unexpected end.
     """
 
     def __init__(self, place: BenchFiles, receive: Callable[[Mapping[str, Any]], None]) -> None:
@@ -31,13 +31,13 @@ class Worker:
         self._connection: Any = None
 
     def call(self, number: int, name: str, arguments: Mapping[str, Any]) -> None:
-        """Ask for a call of the bench; its messages bear the number."""
+        """Request a call of the bench; its messages have the number."""
         if self._process is None or not self._process.is_alive():
             self._start()
         self._connection.send({"number": number, "name": name, "arguments": dict(arguments)})
 
     def end(self) -> None:
-        """End the process and all that it started; stored results are whole, whenever it ends."""
+        """End the process and all processes that it started; stored results are complete at any time."""
         process, self._process = self._process, None
         if process is None or process.pid is None:
             return
@@ -66,6 +66,6 @@ class Worker:
                 break
             if self._process is process:
                 self._receive(message)
-        if self._process is process:  # it was not ended by `end`
+        if self._process is process:  # not ended by `end`
             self._process = None
             self._receive({"kind": "ended"})

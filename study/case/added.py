@@ -1,4 +1,4 @@
-"""Effects that were added to a case: named in it with their values, so that the case is complete by itself."""
+"""Effects that were added to a case: the tables ``[[added]]``, with the name and the values of each effect."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from study.case.tables import Case, StructureTable
 
-#: Units that a value is written in, by its SI unit, with the SI value of one.
+#: Units for writing a value, by its SI unit: name and SI value of each.
 WRITTEN = {
     "kg": (("kg", 1.0), ("g", 1e-3), ("mg", 1e-6), ("ug", 1e-9)),
     "m": (("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("nm", 1e-9)),
@@ -32,9 +32,9 @@ WRITTEN = {
     "N/m^3": (("N/um^3", 1e18), ("N/mm^3", 1e9), ("N/m^3", 1.0)),
     "s": (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)),
 }
-#: Units of effects whose bounds hold at any level of force.
+#: Units of parameters whose bounds hold at any level of force.
 LINEAR = ("kg", "kg m^2", "N/m", "N m", "m", "rad", "m/N", "-")
-#: Digits of a value in a case file: far more than any fit knows.
+#: Digits of a value in a case file: far more than the accuracy of any fit.
 DIGITS = 6
 
 #: Largest number of effects that a message lists.
@@ -42,24 +42,24 @@ LISTED = 8
 
 
 def list_case_effects(model: Model, files: Sequence[Path], names: Sequence[str] = (), **options: Any) -> Catalogue:
-    """All effects of a model, its case's own and those of installed packages among them.
+    """List all effects of a model, including those of the user's files and of installed packages.
 
     Parameters
     ----------
     model
-        Without the effects that were added.
+        Model without added effects.
     files
-        With effects of one's own.
+        Python files with the user's effects.
     names
-        Names of effects, which may act where no place is, such as "mass at dof 7".
+        Names of effects that may act at an unnamed place, such as "mass at dof 7".
     options
-        As for `diagnosis.candidate.catalogue.list_effects`.
+        Options of `diagnosis.candidate.catalogue.list_effects`.
     """
     return list_effects(with_places_of(model, names), extra=files, **options)
 
 
 def with_places_of(model: Model, names: Sequence[str]) -> Model:
-    """The model with the places that effects of these names act at, where it has none."""
+    """Add to a model the unnamed places at which effects of these names act."""
     folded = [_fold(name) for name in names]
     unnamed = list_unnamed_places(model).items() if names else ()
     asked = {place: row for place, row in unnamed if any(name.endswith(f" at {_fold(place)}") for name in folded)}
@@ -67,12 +67,12 @@ def with_places_of(model: Model, names: Sequence[str]) -> Model:
 
 
 def find_effect(result: Catalogue, name: str) -> Effect:
-    """An effect by its name; case and spaces at the ends do not matter.
+    """Find an effect by its name, in any case and spacing.
 
     Raises
     ------
     EffectError
-        There is none, with the nearest names; or it cannot be tested, with the reason.
+        There is no such effect (the message has the nearest names), or it cannot be tested (with the reason).
     """
     wanted = _fold(name)
     for item in result.candidates:
@@ -99,18 +99,18 @@ def _name_effects(names: Sequence[str]) -> str:
 def read_added_effects(
     case: Case[StructureTable], model: Model, files: Sequence[Path], mistakes: Mistakes
 ) -> tuple[AddedEffect, ...]:
-    """Effects of a case's ``[[added]]`` tables with their values; mistakes are noted with their lines.
+    """Read the effects of the tables ``[[added]]`` and their values; mistakes are recorded with their lines.
 
     Parameters
     ----------
     case
-        Case, as it was read.
+        Case with the tables.
     model
-        Without them.
+        Model without these effects.
     files
-        With effects of one's own.
+        Python files with the user's effects.
     mistakes
-        Mistakes of the case so far.
+        Mistakes of the case so far; new ones are added.
     """
     if not case.added:
         return ()
@@ -132,7 +132,7 @@ def read_added_effects(
 def apply_all(
     model: Model, known: Sequence[CalibrationParameter], calibrated: Mapping[str, float], added: Sequence[AddedEffect]
 ) -> Model:
-    """The model with calibrated factors, and the added effects on top of them."""
+    """Apply calibrated factors to a model, and then the added effects."""
     for factor in known:
         if factor.name in calibrated:
             model = factor.apply(model, [calibrated[factor.name]])
@@ -148,12 +148,12 @@ def apply_by_name(
     calibrated: Mapping[str, float],
     added: Sequence[AddedEffect],
 ) -> Model:
-    """Apply effects by name to another mesh of the structure, where they have other rows.
+    """Apply `apply_all` to a model of a finer mesh, on which effects of the same names have other rows.
 
     Raises
     ------
     EffectError
-        The finer model does not have such an effect.
+        The finer model does not have an effect of this name.
     """
     if not added:
         return apply_all(finer, known, calibrated, ())
@@ -163,12 +163,12 @@ def apply_by_name(
 
 
 def make_parameter_key(parameter: EffectParameter) -> str:
-    """Its key in a table of a case file."""
+    """Key of a parameter in a table of a case file."""
     return re.sub(r"[^A-Za-z0-9]+", "_", parameter.name).strip("_") or "value"
 
 
 def format_parameter(value: float, parameter: EffectParameter, digits: int = DIGITS) -> str:
-    """A value as a case file writes it: "93 mg"; a ratio as a bare number."""
+    """Format a value for a case file, such as "93 mg"; a ratio has no unit."""
     if parameter.unit in {"-", ""}:
         return f"{value:.{digits}g}"
     units = WRITTEN.get(parameter.unit, ())
@@ -177,12 +177,12 @@ def format_parameter(value: float, parameter: EffectParameter, digits: int = DIG
 
 
 def read_parameter(text: object, parameter: EffectParameter) -> float:
-    """SI value of what stands in a case file or on the command line.
+    """Read the SI value of a parameter from a case file or the command line.
 
     Raises
     ------
     EffectError
-        No number with a fitting unit.
+        The text is not a number with a suitable unit, or the value is out of bounds.
     """
     try:
         value = read_quantity(text, _find_dimension(parameter))

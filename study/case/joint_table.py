@@ -1,4 +1,4 @@
-"""The tables of a case that describe joints: contact lines, and one model per law, made of the law's own facts."""
+"""The tables of a case for joints: contact lines, and one table per joint law, generated from the law's description."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -39,12 +39,12 @@ Friction = Annotated[Ratio, Field(ge=0, examples=[0.8]), AfterValidator(partial(
 Ratios = Annotated[tuple[Friction, ...], BeforeValidator(listed), Field(min_length=1)]
 Forces = Annotated[tuple[Force, ...], BeforeValidator(listed), Field(min_length=1)]
 Lengths = Annotated[tuple[Length, ...], BeforeValidator(listed), Field(min_length=1)]
-#: The place of a law that acts along one row; its keys stand in the joint's table itself.
+#: Name of the place of a law that acts along one row; the keys of this place are in the joint's table itself.
 DIRECTION = "direction"
 
 
 def make_joint_type(laws: Sequence[type[Joint]]) -> Any:
-    """The type of an entry of ``[[joint]]``: the tables of laws, distinguished by ``kind``."""
+    """Make the type of an entry of ``[[joint]]``: the tables of laws, distinguished by ``kind``."""
     tables = [make_law_table(law) for law in laws]
     union: Any = tables[0]
     for table in tables[1:]:
@@ -53,7 +53,7 @@ def make_joint_type(laws: Sequence[type[Joint]]) -> Any:
 
 
 def make_law_table(law: type[Joint]) -> type[CaseModel]:
-    """The model of a law's table: its name, its places, and its numbers with units, bounds and defaults."""
+    """Make the model of a law's table: name, places, and parameters with units, bounds and defaults."""
     fields: dict[str, Any] = {"kind": (Literal[law.kind], ...), "name": (Name, ...)}
     is_single = set(law.places) == {DIRECTION}
     for place, is_needed in {} if is_single else law.places.items():
@@ -93,7 +93,7 @@ def _find_dimension(parameter: LawParameter) -> Dimension:
 
 
 class LineTable(CaseModel):
-    """Contacts in a row: of each its own, or of the whole line with the share of each contact."""
+    """A contact line: values for each contact, or for the whole line with the share of each contact."""
 
     name: Name
     normal: Places

@@ -1,33 +1,33 @@
-"""Whether the loads of a case are those of a campaign: both tell how strongly the structure is driven."""
+"""Check of the load amplitude of a case against the levels of a campaign."""
 
 from collections.abc import Sequence
 
 from correlation.campaign.measurement import Drive
 from study.case.load_table import LoadTable
 
-#: What an amplitude of 1 is, by what the levels of a campaign are.
+#: Key of a load with an amplitude of 1, by the quantity of the levels of a campaign.
 ONE = {"force": 'amplitude = "1 N"', "base acceleration": 'acceleration = "1 m/s^2"'}
 
 
 def find_scale_warning(loads: Sequence[LoadTable], drive: Drive) -> str | None:
-    """Warning in words that a model is driven by more or less than was measured; None if it is not.
+    """Return a warning that the load on the model differs from the measured load; None if it does not.
 
-    The loads of a case are scaled by the level of a test. Levels in newtons (or m/s^2) are the force itself, so that
-    the loads have an amplitude of 1 in SI. Several loads may share it, and loads of levels without a calibration may
-    have any.
+    The loads of a case are multiplied by the level of a test. Levels in newtons (or m/s^2) are the force (or
+    acceleration) itself, so that the load must have an amplitude of 1 in SI units. Several loads, and loads for levels
+    without a calibration, are not checked: their amplitudes may differ from 1.
 
     Parameters
     ----------
     loads
         Tables `[[load]]`.
     drive
-        What the levels of the campaign are.
+        Quantity and unit of the levels of the campaign.
     """
     if len(loads) != 1 or not drive.calibrated:
         return None
     (load,) = loads
     quantity, amplitude = ("force", load.amplitude) if load.base is None else load.base_quantity
-    # What moves otherwise than it was measured is refused elsewhere.
+    # A load of another quantity than the measured one is refused elsewhere.
     if amplitude == 1.0 or quantity not in drive.quantity:
         return None
     unit = drive.unit

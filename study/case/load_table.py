@@ -8,15 +8,15 @@ from casefile.quantity import Acceleration, Angle, Force, Length, Velocity
 from study.case.joint_table import Name
 from study.case.place import PlaceTable
 
-#: What a table may say of the motion of a base.
+#: Quantities by which a table may give the motion of a base.
 BASE_QUANTITIES = ("acceleration", "velocity", "displacement")
 
 
 class LoadTable(PlaceTable):
-    """A harmonic force amplitude cos(harmonic Omega t + phase) at level 1, or a shaken base.
+    """A harmonic force amplitude cos(harmonic Omega t + phase) at level 1, or the motion of a base.
 
-    On a base that moves along an axis, or with given motions of all degrees of freedom, the structure moves relative to
-    it under the inertia load -M r. The acceleration, velocity or displacement of the base is given at level 1.
+    The base moves along an axis, or with given motions r of all degrees of freedom; the structure moves relative to the
+    base under the inertia load -M r. The acceleration, velocity or displacement of the base is given at level 1.
     """
 
     also: ClassVar[tuple[str, ...]] = ("base",)
@@ -47,7 +47,7 @@ class LoadTable(PlaceTable):
 
     @property
     def base_quantity(self) -> tuple[str, float]:
-        """What is said of the base's motion, and its amplitude at level 1 [m/s^2, m/s or m]."""
+        """Quantity of the base's motion, and its amplitude at level 1 [m/s^2, m/s or m]."""
         for name in BASE_QUANTITIES:
             if (value := getattr(self, name)) is not None:
                 return name, value
@@ -61,7 +61,7 @@ class StaticLoadTable(PlaceTable):
 
 
 class DeadWeightTable(PlaceTable):
-    """A constant force that presses lines; their preloads are those under it, so that it is not added to them."""
+    """A constant force that presses contact lines; it is part of their given preloads, and not added to them."""
 
     name: Name
     force: Force

@@ -1,4 +1,4 @@
-"""From the tables of a case and its structure to a model: joints, loads and sensors on the matrices."""
+"""The model of a case: joints, loads and sensors of its tables on the matrices of its structure."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,19 +23,19 @@ Row = NDArray[np.float64]
 
 
 def make_case_model(case: Case[StructureTable], structure: Structure) -> Model:
-    """The model of a case as its drawing says it: nothing calibrated, no effect added.
+    """Make the nominal model of a case, without calibration and without added effects.
 
     Parameters
     ----------
     case
-        As `casefile.table.load_case` returned it.
+        Case returned by `casefile.table.load_case`.
     structure
-        That its ``[structure]`` describes.
+        Structure that the table ``[structure]`` describes.
 
     Raises
     ------
     CaseError
-        With every mistake.
+        If the case has mistakes; the error lists all of them.
     """
     mistakes = Mistakes(case)
     finder = PlaceFinder(
@@ -46,7 +46,7 @@ def make_case_model(case: Case[StructureTable], structure: Structure) -> Model:
     joints, lines = list(structure.joints), dict(structure.lines)
     static = np.zeros(structure.matrices.n_dof) if structure.static_load is None else structure.static_load.copy()
     for number, line in enumerate(case.line):
-        lines[line.name] = ()  # what speaks of a line that is a mistake is no further one
+        lines[line.name] = ()  # a reference to an invalid line is not reported as another mistake
         with mistakes.at("line", number):
             contacts = _make_contacts(line, finder)
             joints += contacts
@@ -126,7 +126,7 @@ def _check_names(case: Case[StructureTable], structure: Structure, mistakes: Mis
 def _find_places(case: Case[StructureTable], finder: PlaceFinder, mistakes: Mistakes) -> None:
     for number, place in enumerate(case.place):
         with mistakes.at("place", number):
-            # What stands at a place that is a mistake is no further one.
+            # A reference to an invalid place is not reported as another mistake.
             finder.places[place.name] = np.zeros(finder.matrices.n_dof)
             finder.places[place.name] = finder.row(place)
 
@@ -175,7 +175,7 @@ def _make_contacts(line: LineTable, finder: PlaceFinder) -> list[FrictionContact
 def _make_loads(
     case: Case[StructureTable], structure: Structure, finder: PlaceFinder, static: Row, mistakes: Mistakes
 ) -> NDArray[np.complex128]:
-    """Harmonic forces at level 1, the case's in place of the structure's; constant ones are added to `static`."""
+    """Make the harmonic forces at level 1, those of the case if it has any; constant forces are added to `static`."""
     for number, constant in enumerate(case.static_load):
         with mistakes.at("static_load", number):
             static += constant.force * finder.row(constant)
@@ -238,19 +238,19 @@ def _make_base(
 
 
 def find_base_motion(structure: Structure, base: str | tuple[float, ...]) -> BaseMotion:
-    """How each degree of freedom follows a base that moves by 1.
+    """Find the motion of each degree of freedom with a base that moves by 1.
 
     Parameters
     ----------
     structure
-        Structure on fixed supports, which are the base.
+        Structure whose fixed supports are the base.
     base
-        Axis, or the motion itself.
+        Axis, or the motion of each degree of freedom.
 
     Raises
     ------
     JointError
-        A motion of another length, or degrees of freedom that are no motions of points along axes.
+        A motion of the wrong length, or degrees of freedom whose motion along an axis is unknown.
     """
     n = structure.matrices.n_dof
     if not isinstance(base, str):
@@ -333,7 +333,7 @@ def _make_dead_weights(
 
 
 def _group_pressed_lines(case: Case[StructureTable], mistakes: Mistakes) -> tuple[tuple[str, ...], ...]:
-    """Lines by what presses them."""
+    """Group the contact lines that the same part presses (``pressed_by``)."""
     result: dict[str, list[str]] = {}
     pressing = {line: weight.name for weight in case.dead_weight for line in weight.presses}
     for number, line in enumerate(case.line):
@@ -355,7 +355,7 @@ def _group_pressed_lines(case: Case[StructureTable], mistakes: Mistakes) -> tupl
 def _make_joints_of_tables(
     case: Case[StructureTable], finder: PlaceFinder, mistakes: Mistakes
 ) -> dict[str, list[Joint]]:
-    """Joints of each table ``[[joint]]`` that is none of the mistakes, by its name."""
+    """Make the joints of each valid table ``[[joint]]``, by its name."""
     result: dict[str, list[Joint]] = {}
     for number, table in enumerate(case.joint):
         with mistakes.at("joint", number):
@@ -364,21 +364,21 @@ def _make_joints_of_tables(
 
 
 def make_joints(case: Case[StructureTable], number: int, finder: PlaceFinder) -> list[Joint]:
-    """Joints of one table.
+    """Make the joints of one table ``[[joint]]``.
 
     Parameters
     ----------
     case
-        Names file and line of a mistake.
+        Case with the table, for file and line of a mistake.
     number
-        Number of the table among ``[[joint]]``.
+        Index of the table.
     finder
-        Finder of its places.
+        Finder of places.
 
     Raises
     ------
     JointError
-        Places of different numbers of stations, or numbers that the law refuses.
+        Places with different numbers of stations, or parameters that the law refuses.
     """
     table = case.joint[number]
     law = LAWS[table.kind]

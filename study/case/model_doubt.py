@@ -1,6 +1,6 @@
-"""What is odd about a model as a whole: a first natural frequency that no structure has, or a sweep far below it.
+"""Warnings about implausible models: an unusual first natural frequency, a sweep far below it, or a doubtful mesh.
 
-A slip of a unit in a mesh, in matrices or in a sweep makes a sound model of something that nobody meant.
+A mistake of a unit in a mesh, in matrices or in a sweep gives a valid model of the wrong structure.
 """
 
 import warnings
@@ -21,15 +21,15 @@ from reduction.stuck import stick_at_rest, stuck_stiffness
 from study.case.sweep_table import FrequencySweepTable
 from study.case.tables import Case
 
-#: Frequencies of rigid motions, over the frequency of the next mode [-].
+#: Largest ratio of a frequency of rigid motion to the frequency of the next mode [-].
 RIGID = 1e-3
-#: A sweep below this share of the first natural frequency shows a spring, and no vibration [-].
+#: A sweep below this fraction of the first natural frequency shows a quasi-static response without resonance [-].
 QUASI_STATIC = 0.01
-#: Degrees of freedom up to which all natural frequencies are found: some seconds.
+#: Largest number of degrees of freedom for which all natural frequencies are computed: some seconds.
 MOST_DOFS = 1500
-#: Units of length that files have, by their size [m].
+#: Units of length in files, by their size [m].
 UNITS = {1.0: "m", 1e-3: "mm", 1e-6: "um", 0.0254: "inch"}
-#: Slips of units, and by how much the true frequencies are higher [-].
+#: Mistakes of units, and the ratio of the true to the computed frequencies [-].
 SLIPS = (
     (1e9**0.5, "a density in kg/m^3 that was read as kg/mm^3"),
     (1e12**0.5, "a density in kg/m^3 in a model in mm, tonne, s"),
@@ -40,13 +40,16 @@ SLIPS = (
 
 
 def compute_natural_frequencies(system: JointedSystem) -> Float[NDArray[np.float64], " mode"]:
-    """Frequencies of the elastic modes with the contacts as they are at rest, and with all closed, ascending [Hz]."""
+    """Frequencies of elastic modes, for the contacts as at rest and for all contacts closed, ascending [Hz].
+
+    Empty for more than `MOST_DOFS` degrees of freedom, and for a mass that is not positive definite.
+    """
     if len(system.mass) > MOST_DOFS:
         return np.zeros(0)
     joined = (join(system.stiffness, system.joints) for join in (stick_at_rest, stuck_stiffness))
     try:
         return np.sort(np.concatenate([_compute_elastic(system.mass, stiffness) for stiffness in joined]))
-    except scipy.linalg.LinAlgError:  # a mass that is not definite; those who compute with it say so
+    except scipy.linalg.LinAlgError:  # a mass that is not positive definite is refused by the computations that use it
         return np.zeros(0)
 
 
@@ -61,17 +64,17 @@ def _compute_elastic(
 
 
 def doubt_frequency(frequency: float) -> str:
-    """What is odd about the first natural frequency [Hz] of a structure; empty if nothing is.
+    """Describe an implausible first natural frequency of a structure; empty if it is plausible.
 
     Parameters
     ----------
     frequency
-        Positive, or zero where none is known.
+        First natural frequency [Hz]; zero if it is unknown.
     """
     low, high = FIRST_FREQUENCY.usual
     if frequency <= 0 or low <= frequency <= high:
         return ""
-    # The slips that lead to the most usual frequencies, from a tall building to a small blade.
+    # The mistakes for which the true frequency would be between those of a tall building and of a small blade.
     meant = " or ".join(what for factor, what in SLIPS if 1.0 <= frequency * factor <= 1e4)
     return (
         f"mode 1 is at {frequency:.2g} Hz, but {FIRST_FREQUENCY.usual_of} have {low:g} to {high:.0e} Hz: "
@@ -80,9 +83,9 @@ def doubt_frequency(frequency: float) -> str:
 
 
 def doubt_sweep(natural: Float[NDArray[np.float64], " mode"], first: float, last: float) -> str:
-    """What is odd about a range of frequencies [Hz] below the natural ones of a model; empty if nothing is.
+    """Describe a range of frequencies [Hz] far below the natural frequencies of a model; empty if it is not.
 
-    `study.solve.frequency_range` doubts what lies above them.
+    `study.solve.frequency_range` checks for ranges above them.
     """
     low, high = sorted((first, last))
     if not len(natural) or high >= QUASI_STATIC * natural[0]:
@@ -94,16 +97,16 @@ def doubt_sweep(natural: Float[NDArray[np.float64], " mode"], first: float, last
 
 
 def warn_of_model(case: Case[Any], system: JointedSystem, *, swept: bool) -> None:
-    """Warn of what is odd about the model of a case, with file and line.
+    """Warn of an implausible model of a case, with file and line.
 
     Parameters
     ----------
     case
-        The case.
+        Case of the model.
     system
-        Its structure with joints.
+        Structure with joints.
     swept
-        Whether the frequencies of ``[sweep]`` are computed.
+        Whether the response at the frequencies of ``[sweep]`` is computed.
     """
     natural = compute_natural_frequencies(system)
     table, doubt = "structure", doubt_frequency(float(natural[0]) if len(natural) else 0.0)
@@ -115,20 +118,20 @@ def warn_of_model(case: Case[Any], system: JointedSystem, *, swept: bool) -> Non
 
 
 def warn_of_frequency(frequency: float) -> None:
-    """Warn of a first natural frequency [Hz] that no structure has."""
+    """Warn of an implausible first natural frequency [Hz]."""
     if doubt := doubt_frequency(frequency):
         warnings.warn(doubt, InputWarning, stacklevel=2)
 
 
 def warn_of_size(longest: float, unit: float) -> None:
-    """Warn of a body that is longer or shorter than those that are shaken.
+    """Warn of a body of implausible size for a vibration test.
 
     Parameters
     ----------
     longest
-        Longest side of the box around it [m].
+        Longest side of the body's bounding box [m].
     unit
-        Unit of length of its file [m].
+        Unit of length of the file [m].
     """
     text = f"{longest / unit:g} {UNITS[unit]}" if unit in UNITS else ""
     if doubt := BODY_SIZE.doubt(longest, text):
@@ -136,7 +139,7 @@ def warn_of_size(longest: float, unit: float) -> None:
 
 
 def warn_of_linear_cells(mesh: Mesh, file: str) -> None:
-    """Warn of hexahedra whose edges stay straight, which make a slender body tens of per cent too stiff."""
+    """Warn of hexahedra of 8 nodes, which make a slender body tens of per cent too stiff."""
     if HEX8.cell_type in mesh.cells:
         warnings.warn(
             f"{file} has hexahedra of 8 nodes, which are too stiff in bending: use hexahedra of 20 nodes",
@@ -146,7 +149,7 @@ def warn_of_linear_cells(mesh: Mesh, file: str) -> None:
 
 
 def warn_of_seams(mesh: Mesh, file: str) -> None:
-    """Warn of nodes that lie on each other and are not one: bodies, or volumes of a body, that were not joined."""
+    """Warn of coincident nodes that are not merged: bodies, or volumes of a body, that are not connected."""
     if pairs := len(find_coincident_nodes(mesh)):
         warnings.warn(
             f"{file} has {pairs} pairs of coincident nodes that are not connected: merge them in your mesher, unless "

@@ -1,9 +1,9 @@
 """Places of joints, loads, sensors and effects of a case: rows over the structure's degrees of freedom.
 
-A place says where in one of six ways. ``dof`` counts degrees of freedom from 0 (``other`` makes it relative),
-``weights`` gives the row itself. ``at`` names a boundary set of a reduced model, with a ``direction``; it stands for
-one row per station, or for that of one ``station``. ``node`` names a node of the table of degrees of freedom, ``row`` a
-row that the structure stores by name, ``place`` a named place of the case or of its structure.
+A place is given by one of six keys. ``dof`` is the index of a degree of freedom, from 0 (relative to ``other``, if
+given); ``weights`` gives the row itself. ``at`` names a boundary set of a reduced model, with a ``direction``: one row
+per station, or only the row of one ``station``. ``node`` names a node of the table of degrees of freedom, ``row`` a row
+that the structure stores by name, ``place`` a named place of the case or of its structure.
 """
 
 from collections.abc import Mapping, Sequence
@@ -33,7 +33,7 @@ Direction = Annotated[
 ]
 
 WAYS = ("dof", "weights", "at", "node", "row", "place")
-#: Keys that go with each way.
+#: Further keys that each key of `WAYS` allows.
 COMPANIONS = {
     "dof": {"other"},
     "weights": set[str](),
@@ -43,16 +43,16 @@ COMPANIONS = {
     "place": set[str](),
 }
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-#: Relative difference of two sums that rounding makes.
+#: Largest relative difference of two sums that rounding causes [-].
 ROUNDING = 1e-9
-#: Names of many listed in a message.
+#: Largest number of names in a message.
 MOST_LISTED = 12
 
 
 class PlaceTable(CaseModel):
     """Table of a place and a direction."""
 
-    #: Further keys that say where.
+    #: Further keys that may give the place, beside `WAYS`.
     also: ClassVar[tuple[str, ...]] = ()
 
     dof: DofNumber | None = None
@@ -106,14 +106,14 @@ Places = Annotated[tuple[PlaceTable, ...], BeforeValidator(listed), Field(min_le
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlaceFinder:
-    """What the places of a case are looked up in.
+    """Finder of the rows of the places of a case.
 
     Parameters
     ----------
     matrices
-        Matrices of the structure, and the reduced model if they come from one.
+        Matrices of the structure, with the reduced model if they come from one.
     dofs
-        Description of each degree of freedom, r of them.
+        Description of each of the r degrees of freedom.
     stored
         Rows that the structure stores, shape (r,) or (n, r), by name.
     places
@@ -126,7 +126,7 @@ class PlaceFinder:
     places: dict[str, Row] = field(default_factory=dict)
 
     def rows(self, place: PlaceTable) -> list[Row]:
-        """Row of each station that a place stands for; one row for all but ``at`` and ``row``.
+        """Return one row per station of a place; only ``at`` and ``row`` can give more than one row.
 
         Raises
         ------
@@ -151,11 +151,11 @@ class PlaceFinder:
         return self._at_stations(place)
 
     def row(self, place: PlaceTable) -> Row:
-        """Mean over the stations of a place: what a sensor follows, and how a load is shared."""
+        """Return the mean row over the stations of a place, for sensors and loads."""
         return np.asarray(np.mean(self.rows(place), axis=0))
 
     def all_rows(self, places: Sequence[PlaceTable]) -> Float[NDArray[np.float64], "n r"]:
-        """Rows of all stations of several places, one after the other."""
+        """Return the rows of all stations of several places, one after the other."""
         return np.array([row for place in places for row in self.rows(place)])
 
     def _at_stations(self, place: PlaceTable) -> list[Row]:
@@ -186,9 +186,9 @@ class PlaceFinder:
         return [result[place.station]]
 
     def _partners(self, rom: ReducedModel, place: PlaceTable, n_station: int) -> list[int]:
-        """Station of the other set that faces each one: sets of a mesh have their nodes in any order.
+        """Find the station of the other set that faces each station: sets of a mesh have their nodes in any order.
 
-        Of all pairs the sum of squared distances is the least; where places are not known, the order of sets counts.
+        The pairs have the smallest sum of squared distances; without coordinates they follow the order of the sets.
         """
         from scipy.optimize import linear_sum_assignment
         from scipy.spatial.distance import cdist
@@ -247,7 +247,7 @@ def _describe_known(name: str, known: Sequence[str]) -> str:
 
 
 def _make_unit_vector(place: PlaceTable) -> Float[NDArray[np.float64], "3"]:
-    """Direction of a place at stations."""
+    """Return the unit vector of a place's direction at its stations."""
     assert place.direction is not None
     components = np.array(AXES[place.direction] if isinstance(place.direction, str) else place.direction)
     return np.asarray(components / np.linalg.norm(components))

@@ -1,4 +1,4 @@
-"""The tables ``[[sensor]]`` of a case: motions of places, forces of contact lines, and load cells."""
+"""The tables ``[[sensor]]`` of a case: sensors of motion, of forces of contact lines, and load cells."""
 
 from typing import Annotated, Any, Literal
 
@@ -11,7 +11,7 @@ from study.case.place import PlaceTable
 
 
 class MotionSensorTable(PlaceTable):
-    """What reads the motion of a place."""
+    """A sensor of the motion of a place."""
 
     name: Name
     quantity: Literal["displacement", "velocity", "acceleration"] = "displacement"
@@ -20,7 +20,7 @@ class MotionSensorTable(PlaceTable):
 
 
 class LineSensorTable(CaseModel):
-    """What reads the force of a line."""
+    """A sensor of the force of a contact line."""
 
     name: Name
     line: str
@@ -29,7 +29,7 @@ class LineSensorTable(CaseModel):
 
 
 class LoadCellTable(CaseModel):
-    """What reads a load cell that the structure has."""
+    """A sensor that reads a load cell of the structure."""
 
     name: Name
     cell: str
@@ -37,7 +37,7 @@ class LoadCellTable(CaseModel):
 
 
 def _read_by(sensor: Any) -> str:
-    """What a sensor reads: the key ``line`` is that of contact forces, ``cell`` that of load cells."""
+    """Find the type of a sensor: the key ``line`` is for contact forces, ``cell`` for load cells."""
     given = sensor if isinstance(sensor, dict) else {}
     if isinstance(sensor, LineSensorTable) or "line" in given:
         return "force"

@@ -1,4 +1,4 @@
-"""From a case to what the numerical packages take: a model, its calibration parameters and its numerical error."""
+"""Input of the numerical packages from a case: model, calibration parameters and numerical error."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,31 +23,31 @@ from study.case.trust import require_trust
 from study.kind.registry import OpenCase, open_case
 from study.run_context import RunContext, silent_run
 
-#: Relative standard deviation of the damping of a mode beside a factor that is common to all, unless a case states it:
-#: a rule of thumb, less than modes of built-up structures differ by [-].
+#: Relative standard deviation of the damping of each mode, in addition to a factor common to all modes, unless a case
+#: states it: a rule of thumb, less than the differences between modes of built-up structures [-].
 DAMPING_ERROR = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Setup:
-    """A model beside its test set-up.
+    """A model and its test set-up.
 
     Parameters
     ----------
     title
         Title of the case.
     model
-        Structure, joints, loads at level 1, sensors: as drawn, without what was calibrated or added.
+        Nominal model: structure, joints, loads at level 1 and sensors, without calibration and added effects.
     calibration_parameters
         Calibration parameters, with their priors.
     budget
         Numerical error of the model.
     effect_files
-        Files with effects of one's own.
+        Python files with the user's effects.
     without
         Kinds of effects that are left out.
     added
-        Effects that were found missing, with their values.
+        Effects that were added to the case, with their values.
     calibrated
         Factors on the calibration parameters, by name [-].
     """
@@ -63,12 +63,12 @@ class Setup:
 
     @property
     def complete(self) -> Model:
-        """The model with calibrated factors and added effects."""
+        """Model with calibrated factors and added effects."""
         return apply_all(self.model, self.calibration_parameters, self.calibrated, self.added)
 
     @property
     def complete_budget(self) -> Budget:
-        """Its numerical error, the finer models as complete as it is."""
+        """Numerical error of `complete`, with calibrated factors and added effects on the finer models too."""
         finer = [
             apply_by_name(item, self.effect_files, self.calibration_parameters, self.calibrated, self.added)
             for item in self.budget.refined
@@ -76,25 +76,25 @@ class Setup:
         return replace(self.budget, refined=finer)
 
     def with_sensors(self, campaign: Campaign) -> "Setup":
-        """The set-up with every sensor of a campaign, on the finer models too.
+        """Return the set-up with all sensors of a campaign, on the finer models too.
 
         Raises
         ------
         CampaignError
-            A sensor that does not fit a model.
+            A sensor does not fit a model.
         """
         refined = [with_sensors(finer, campaign) for finer in self.budget.refined]
         return replace(self, model=with_sensors(self.model, campaign), budget=replace(self.budget, refined=refined))
 
     def candidates(self, campaign: Campaign, without: Collection[str] = (), names: Sequence[str] = ()) -> Catalogue:
-        """Effects of the case, all but some kinds, as strong as the tests of a campaign make them.
+        """List the candidate effects of the case for a campaign.
 
         Parameters
         ----------
         campaign, without
-            As for `list_campaign_effects`.
+            See `list_campaign_effects`.
         names
-            Names of effects, which may act where no place is.
+            Names of effects that may act at an unnamed place.
         """
         model = with_places_of(self.model, names)
         return list_campaign_effects(campaign, model, without=without, extra=self.effect_files)
@@ -102,14 +102,14 @@ class Setup:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ReadCase:
-    """A case, the structure that its kind made, and the model on it.
+    """A case with its structure and its model.
 
     Parameters
     ----------
     opened
-        The case as its file says it.
+        Content of the case file.
     structure
-        Structure that the kind made.
+        Structure from the case's kind.
     setup
         Model and test set-up for the numerical packages.
     """
@@ -120,7 +120,7 @@ class ReadCase:
 
     @property
     def model(self) -> Model:
-        """The model with calibrated factors and added effects."""
+        """Model with calibrated factors and added effects."""
         return self.setup.complete
 
 
@@ -130,18 +130,18 @@ def read_case(path: Path | str | OpenCase, campaign: Campaign | None = None, run
     Parameters
     ----------
     path
-        Path of the case file, as ``docs/case.md`` describes it; or the case itself.
+        Path of the case file (see ``docs/case.md``), or an open case.
     campaign
-        Campaign whose sensors the model has as well.
+        Campaign whose sensors are added to the model.
     run
-        Store and progress of the stages of the structure; none by default.
+        Store and progress for the stages of the structure; none by default.
 
     Raises
     ------
     CaseError
-        With every mistake of the case, each with file and line.
+        If the case has mistakes; the error lists all of them with file and line.
     CampaignError
-        A sensor of the campaign that does not fit the model.
+        A sensor of the campaign does not fit the model.
     """
     opened = path if isinstance(path, OpenCase) else open_case(path)
     run = run or silent_run()
@@ -158,7 +158,7 @@ def require_loads(read: ReadCase) -> ReadCase:
     Raises
     ------
     CaseError
-        It has no harmonic load, so that it says nothing of any measurement.
+        The case has no harmonic load, so that nothing vibrates.
     """
     if not read.model.system.dynamic.any():
         raise read.opened.lacks(
@@ -168,7 +168,7 @@ def require_loads(read: ReadCase) -> ReadCase:
 
 
 def _make_setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunContext) -> Setup:
-    """The set-up of a model; `own` has the sensors of the case alone."""
+    """Make the set-up of a model; `own` has only the sensors of the case."""
     case, folder = opened.case, opened.folder
     model = own if campaign is None else with_sensors(own, campaign)
     mistakes = Mistakes(case)
@@ -223,7 +223,7 @@ def _make_setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: Ru
 
 
 def _choose_damping_error(error: NumericalErrorTable) -> float:
-    """Error of the damping of each mode; measurements that another model made have none unless the case says so."""
+    """Return the error of the damping of each mode; zero by default if the case states no model error."""
     if error.damping is not None:
         return error.damping
     return DAMPING_ERROR if error.model else 0.0
@@ -232,7 +232,7 @@ def _choose_damping_error(error: NumericalErrorTable) -> float:
 def _list_parameters(
     model: Model, deviation: Mapping[str, float], refined: list[Model]
 ) -> tuple[CalibrationParameter, ...]:
-    """Calibration parameters: the common ones, and those of one line, joint or part, whose names have a dot."""
+    """List the calibration parameters: the common ones, and those of one line, joint or part (names with a dot)."""
     common = {name: value for name, value in deviation.items() if "." not in name}
     scoped = [make_scoped_parameter(model, name, value) for name, value in deviation.items() if "." in name and value]
     return (*list_calibration_parameters(model, deviation=common, finer=refined), *scoped)

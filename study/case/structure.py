@@ -1,4 +1,4 @@
-"""What a kind of case makes of its ``[structure]``: matrices, and what is known of their degrees of freedom."""
+"""The structure of a case: matrices, degrees of freedom, joints and loads that its kind makes from ``[structure]``."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,55 +19,57 @@ from study.case.surface import BodySurface
 
 Row = Float[NDArray[np.float64], " r"]
 Matrix = Float[NDArray[np.float64], "r r"]
-#: Slider positions at which a curve begins [m], one row per friction history.
+#: Function that returns initial slider positions of a curve [m], one row per friction history.
 Histories = Callable[[int, int], list[Row]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Structure:
-    """A structure before a case puts joints, loads and sensors on it.
+    """A structure without the joints, loads and sensors of a case.
 
     Parameters
     ----------
     matrices
-        Mass, damping and stiffness of r degrees of freedom, and the reduced model if they come from one.
+        Mass, damping and stiffness of r degrees of freedom, with the reduced model if they come from one.
     dofs
-        Description of each degree of freedom; unknown if empty.
+        Description of each degree of freedom; empty if unknown.
     parts
-        Named shares of mass and stiffness; none if they are not known.
+        Parts of the structure with their contributions to mass and stiffness; empty if unknown.
     stored
         Rows that a case may name, shape (r,) or (n, r).
     places
         Points with a direction that the kind names itself.
     joints, lines
-        Joints that belong to the structure, and those of each contact line by name.
+        Joints that belong to the structure, and the joints of each contact line by name.
     static_load
-        That balances these joints at rest, shape (r,) [N]; none if empty.
+        Load that balances these joints at rest, shape (r,) [N]; None for no load.
     harmonic_force
-        At level 1, shape (n, r) [N]; None where the case must say it.
+        Harmonic force at level 1, shape (n, r) [N]; None if the case must give it.
     sensors
-        Sensors of a case that names none.
+        Sensors of a case without tables ``[[sensor]]``.
     load_cells
         Load cells of the structure, by name: a case and a campaign may read them.
     dead_weights
-        Dead weights that press lines, by name.
+        Dead weights that press contact lines, by name.
     elastic_bodies
-        Parts on a support that may give way, by the name of the part, over all degrees of freedom.
+        Parts on a support that may be elastic, by the name of the part, over all degrees of freedom.
     suspension
-        Stiffness that holds the structure when its contacts are taken away for a test, shape (r, r) [N/m].
+        Stiffness that holds the structure if its contacts are removed for a test, shape (r, r) [N/m].
     loss_factor
-        Structural damping, as a share of the stiffness without its joints [-].
+        Structural damping, as a fraction of the stiffness without joints [-].
     base
-        How the degrees of freedom follow supports that move along an axis, "x", "y" or "z"; None where that is not
-        known. It raises `JointError` for a structure without supports.
+        Function that returns the motion of the degrees of freedom with supports that move along an axis, "x", "y" or
+        "z"; None if unknown. It raises `JointError` for a structure without supports.
     damped
-        Damping matrix with all joints of the case [N s/m]; None keeps that of `matrices`.
+        Function that returns the damping matrix with all joints of the case [N s/m]; None for the damping of
+        `matrices`.
     histories
-        Draws slider positions for a number of friction histories by a seed; None where rest is not known.
+        Function of a number of friction histories and a seed that draws slider positions; None if the state of rest is
+        unknown.
     surfaces
-        Makes the outside of each body that has a mesh, by name; None where there is none.
+        Function that makes the outer surface of each body with a mesh, by name; None without meshes.
     details
-        Data that the kind needs again for its own tables and figures.
+        Data that the kind needs for its own tables and figures.
     """
 
     matrices: StructureMatrices
@@ -98,16 +100,16 @@ def make_reduced_structure(
     stations: Mapping[str, Float[NDArray[np.float64], "station 3"]] | None = None,
     **more: Any,
 ) -> Structure:
-    """The structure of a reduced model.
+    """Make the structure of a reduced model.
 
     Parameters
     ----------
     rom
         Reduced model of one body.
     points
-        Coordinates of the mesh's nodes [m]; None if they are not known.
+        Coordinates of the mesh's nodes [m]; None if unknown.
     stations
-        Coordinates of boundary sets whose stations lie between nodes [m], by name.
+        Coordinates of boundary sets whose stations are between nodes [m], by name.
     more
         Further fields of `Structure`.
     """
@@ -116,14 +118,14 @@ def make_reduced_structure(
 
 
 def make_mesh_base_motion(rom: ReducedModel, mass: Symmetric, axis: str) -> BaseMotion:
-    """How a reduced mesh follows supports that move along an axis.
+    """Make the motion of a reduced mesh with supports that move along an axis.
 
     Parameters
     ----------
     rom
         Reduced model of the mesh.
     mass
-        Mass of all nodes, the fixed ones too, shape (3 n_node, 3 n_node) [kg].
+        Mass of all nodes, including fixed ones, shape (3 n_node, 3 n_node) [kg].
     axis
         "x", "y" or "z".
     """
@@ -137,7 +139,7 @@ def list_reduced_dofs(
     points: Float[NDArray[np.float64], "node 3"] | None = None,
     stations: Mapping[str, Float[NDArray[np.float64], "station 3"]] | None = None,
 ) -> tuple[Dof, ...]:
-    """Degrees of freedom at boundary nodes: the body is the first set that one belongs to; the others are modal."""
+    """List the degrees of freedom of a reduced model: boundary ones, whose body is their first set, then modal ones."""
     body = dict.fromkeys(range(rom.n_boundary), "boundary")
     for name, members in reversed(list(rom.boundary_sets.items())):
         body |= dict.fromkeys(map(int, members), name)

@@ -1,4 +1,4 @@
-"""The outside of a reduced body, coarse enough to move in a browser, and how it follows the reduced coordinates."""
+"""The outer surface of a reduced body, coarsened for display in a browser, with its motion by reduced coordinates."""
 
 from dataclasses import dataclass
 
@@ -10,9 +10,9 @@ from fe.face_integral import find_outer_faces
 from fe.mesh import Mesh
 from reduction.rom import ReducedModel
 
-#: Points of one body at most.
+#: Largest number of points of one body.
 MOST_POINTS = 2000
-#: Cells of the grid along the longest side of a body, to begin with, and by which share they become fewer.
+#: Initial number of grid cells along the longest side of a body, and the factor by which it decreases.
 CELLS, FEWER = 96, 0.85
 
 Points = Float[NDArray[np.float64], "p 3"]
@@ -21,16 +21,16 @@ Triangles = Int[NDArray[np.int64], "t 3"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodySurface:
-    """Triangles on the outside of a body.
+    """Triangles on the outer surface of a body.
 
     Parameters
     ----------
     points
-        Places of some of its nodes at rest, shape (p, 3) [m].
+        Coordinates of the retained nodes at rest, shape (p, 3) [m].
     triangles
-        Points of each triangle, anticlockwise from outside, shape (t, 3) [-].
+        Indices of the points of each triangle, anticlockwise from outside, shape (t, 3) [-].
     motion
-        Displacement of the points by the r coordinates of the structure, shape (p, 3, r) [- and m].
+        Displacement of the points per unit of the r coordinates of the structure, shape (p, 3, r) [- and m].
     """
 
     points: Points
@@ -39,16 +39,17 @@ class BodySurface:
 
 
 def make_surface(mesh: Mesh, rom: ReducedModel, columns: slice | None = None, n_dof: int | None = None) -> BodySurface:
-    """The outside of a reduced body.
+    """Make the outer surface of a reduced body.
 
     Parameters
     ----------
     mesh
-        Its mesh.
+        Mesh of the body.
     rom
-        Its reduced model, on the nodes of the mesh.
+        Reduced model of the body, on the nodes of the mesh.
     columns, n_dof
-        Its coordinates among those of the structure, and the number of these; by default it is the structure.
+        Indices of the body's coordinates in the structure, and number of coordinates of the structure; by default the
+        body is the whole structure.
     """
     nodes, triangles = thin_surface(mesh.points, list_outer_triangles(mesh))
     n_dof = rom.n_dof if n_dof is None else n_dof
@@ -62,7 +63,7 @@ def make_surface(mesh: Mesh, rom: ReducedModel, columns: slice | None = None, n_
 
 
 def list_outer_triangles(mesh: Mesh) -> Triangles:
-    """Nodes of triangles between the corners of the outer faces, shape (t, 3) [-]."""
+    """List the node indices of triangles between the corners of the outer faces, shape (t, 3) [-]."""
     result = []
     for _, element, local, cells in mesh.face_groups(find_outer_faces(mesh)):
         corners = cells[:, list(element.corner_faces[local])]
@@ -71,21 +72,21 @@ def list_outer_triangles(mesh: Mesh) -> Triangles:
 
 
 def thin_surface(points: Points, triangles: Triangles) -> tuple[Int[NDArray[np.int64], " k"], Triangles]:
-    """Nodes and triangles of a surface of at most `MOST_POINTS` nodes.
+    """Coarsen a surface to at most `MOST_POINTS` nodes.
 
-    Of all nodes in one cell of a grid the one nearest to their mean stays (vertex clustering, Rossignac and Borrel
-    1993); triangles with two corners in one cell vanish.
+    In each cell of a grid the node nearest to the mean of the cell's nodes is retained (vertex clustering, Rossignac
+    and Borrel 1993); triangles with two corners in one cell are removed.
 
     Parameters
     ----------
     points
-        Places of all nodes, shape (n, 3) [m].
+        Coordinates of all nodes, shape (n, 3) [m].
     triangles
         Nodes of each triangle, shape (t, 3) [-].
 
     Returns
     -------
-    Nodes that stay, shape (k,), and triangles by their places among these, shape (u, 3) [-].
+    Retained nodes, shape (k,), and triangles as indices into these, shape (u, 3) [-].
     """
     nodes = np.unique(triangles)
     stays, size, cells = nodes, np.ptp(points[nodes], axis=0).max(), CELLS

@@ -1,6 +1,7 @@
-"""The table ``[sweep]``: the curves that `stickslip solve` follows.
+"""The table ``[sweep]``: the response curves that `stickslip solve` computes.
 
-They go over frequency or level, a scale of the loads, or hold the amplitude of a sensor over frequency.
+The parameter of a curve is the frequency or the level, a factor on the loads; over frequency, the level can be
+controlled to keep the amplitude of a sensor constant.
 """
 
 from collections.abc import Mapping
@@ -13,11 +14,11 @@ from casefile.table import CaseModel
 from casefile.validation import did_you_mean, require_different
 from study.case.joint_table import Name
 
-#: Levels beyond these are mistakes; the arithmetic of a motion would overflow far beyond them.
+#: Smallest and largest level: other levels are mistakes; far beyond these bounds the motion would overflow.
 LEAST_LEVEL, MOST_LEVEL = 1e-12, 1e12
-#: Points of a curve; more are a mistake in the step, and take days.
+#: Largest number of points of a curve; more points are a mistake of the step, and take days.
 MOST_POINTS = 100_000
-#: What a sweep may go over.
+#: Allowed parameters of a sweep.
 PARAMETERS = ("frequency", "level")
 
 
@@ -39,9 +40,9 @@ def _known(parameter: object) -> object:
 
 
 class FrequencySweepTable(CaseModel):
-    """One curve over frequency for each level of the harmonic force, and for each friction history.
+    """One curve over frequency for each level of the harmonic force and each friction history.
 
-    History 1 is that of rest under the static load; in the others the sliders begin where a seed draws them.
+    History 1 starts from rest under the static load; in the others the initial slider positions are drawn at random.
     """
 
     parameter: Annotated[Literal["frequency"], BeforeValidator(_known)] = "frequency"
@@ -91,9 +92,9 @@ def _with_unit(amplitude: object) -> object:
 
 
 class ControlledSweepTable(CaseModel):
-    """One curve over frequency for each amplitude of a sensor, which the level of the harmonic force holds.
+    """One curve over frequency for each amplitude of a sensor; the level of the harmonic force is controlled.
 
-    The unit of the amplitudes is that of what the sensor reads, and so read when the sensor is known.
+    The unit of the amplitudes is that of the sensor's reading; amplitudes are read when the sensor is known.
     """
 
     parameter: Annotated[Literal["frequency"], BeforeValidator(_known)] = "frequency"
@@ -122,7 +123,7 @@ class ControlledSweepTable(CaseModel):
 
 
 def _find_swept(sweep: Any) -> str:
-    """What a sweep goes over; frequency if it does not say, or says what there is not, which its table refuses."""
+    """Find the type of a sweep; frequency if the parameter is missing, or unknown, which its table refuses."""
     over = sweep.get("parameter") if isinstance(sweep, Mapping) else getattr(sweep, "parameter", None)
     if over == "level":
         return "level"

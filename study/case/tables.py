@@ -1,7 +1,7 @@
-"""The case file: one structure, and all that is done with it. Every command reads the same file.
+"""The tables of a case file: one structure, and the computations with it. Every command reads the same file.
 
-``[structure]`` says by its kind where the matrices come from (`study.kind`); all other tables are the same for every
-kind.
+The kind of ``[structure]`` determines the source of the matrices (`study.kind`); all other tables are the same for
+every kind.
 """
 
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ from study.case.sweep_table import Sweep
 from study.case.uncertain_table import UncertainTable
 from study.limits.table import LimitsTable
 
-#: Advice to who takes too few samples per period: so many at least, and so many per harmonic.
+#: Recommended samples per period if too few are given: minimum number, and number per harmonic.
 FEWEST_SAMPLES, SAMPLES_PER_HARMONIC = 128, 32
 MOST_HARMONICS, MOST_SAMPLES = 500, 65536
 
@@ -34,13 +34,13 @@ class StructureTable(CaseModel):
 
 
 class NamedPlaceTable(PlaceTable):
-    """A point with a direction: where effects may act and sensors sit."""
+    """A point with a direction, for effects and sensors."""
 
     name: Name
 
 
 class HarmonicsTable(CaseModel):
-    """How finely a motion is resolved."""
+    """Resolution of a motion: harmonics, samples per period and tolerance."""
 
     highest: Annotated[int, Field(strict=True, ge=0, le=MOST_HARMONICS)] = 7
     samples: Annotated[int, Field(strict=True, ge=1, le=MOST_SAMPLES)] | None = None
@@ -63,13 +63,13 @@ class HarmonicsTable(CaseModel):
 
 
 class ParameterTable(CaseModel):
-    """A number for each calibration parameter, or for some; those of one line, joint or part are keys with a dot."""
+    """A number for all or some calibration parameters; keys of parameters of one line, joint or part have a dot."""
 
     model_config = ConfigDict(extra="allow")
 
     @property
     def given(self) -> Mapping[str, float]:
-        """Those that are given, by name [-]."""
+        """Given numbers, by name [-]."""
         return {name: value for name, value in self.model_dump().items() if value is not None}
 
     @model_validator(mode="before")
@@ -90,7 +90,7 @@ class ParameterTable(CaseModel):
 
 
 class AcceptedTable(ParameterTable):
-    """Relative standard deviations of what every fit calibrates; 0 leaves one out as known."""
+    """Relative standard deviations of the calibration parameters; 0 excludes a parameter from the calibration."""
 
     __pydantic_extra__: dict[str, NotNegative] = Field(init=False)
 
@@ -103,7 +103,7 @@ class AcceptedTable(ParameterTable):
 
 
 class NumericalErrorTable(CaseModel):
-    """Standard deviations of what discretisation changes, and finer cases of the same structure."""
+    """Standard deviations of the errors of the discretisation, and finer cases of the same structure."""
 
     frequency: NotNegative = 2e-4
     damping: NotNegative | None = None
@@ -114,34 +114,34 @@ class NumericalErrorTable(CaseModel):
 
 
 class PluginsTable(CaseModel):
-    """Python files with extensions of one's own, of any kind (docs/extending.md)."""
+    """Python files with the user's extensions, of any kind (docs/extending.md)."""
 
     files: Annotated[tuple[str, ...], Field(examples=[["my_law.py"]])] = ()
 
 
 class EffectsTable(CaseModel):
-    """Effects of one's own, and kinds that are left out."""
+    """Python files with the user's effects, and kinds of effects that are left out."""
 
     files: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
 
 
 class AddedTable(CaseModel):
-    """An effect that was missing, with one value for each of its parameters."""
+    """An added effect, with one value for each of its parameters."""
 
-    # Which keys there are depends on the effect.
+    # The keys depend on the effect.
     model_config = ConfigDict(extra="allow")
 
     effect: Annotated[str, Field(min_length=1, examples=["mass at tip"])]
 
     @property
     def values(self) -> Mapping[str, Any]:
-        """What is given, by key."""
+        """Given values, by key."""
         return self.model_extra or {}
 
 
 class CalibratedTable(ParameterTable):
-    """Factors on what the case says, as a calibration fitted them."""
+    """Factors on the values of the case, from a calibration."""
 
     __pydantic_extra__: dict[str, Factor] = Field(init=False)
 
@@ -159,14 +159,14 @@ S = TypeVar("S", bound=StructureTable)
 class Case(CaseModel, Generic[S]):
     """A case file.
 
-    `S` is the table of the structure's kind. A command says what a case lacks for it (`study.case.requirement`).
+    `S` is the table of the structure's kind. `study.kind.registry.OpenCase.lacks` reports a table that a command needs.
     """
 
     title: str = ""
     structure: S
     place: tuple[NamedPlaceTable, ...] = ()
     line: tuple[LineTable, ...] = ()
-    joint: tuple[Any, ...] = ()  # of the laws that are registered, see `make_joint_case_model`
+    joint: tuple[Any, ...] = ()  # tables of the registered laws, see `study.kind.registry.make_joint_case_model`
     load: tuple[LoadTable, ...] = ()
     static_load: tuple[StaticLoadTable, ...] = ()
     dead_weight: tuple[DeadWeightTable, ...] = ()

@@ -1,8 +1,8 @@
-"""Python files that a case names are programs: those of others are run only when the user has said so, once.
+"""Trust in the Python files that a case names: files of other users run only after the user has agreed once.
 
-One's own is a file that nobody else can have changed: it belongs to the user (or the system), as does its folder, and
-others may not write to either. Git asks the same of a repository (`safe.directory`). What was trusted is remembered by
-its content.
+A file is the user's own if nobody else can have changed it: the user (or the system) owns the file and its folder, and
+others may not write to either. Git has the same rule for repositories (`safe.directory`). Trusted files are remembered
+by path and content.
 """
 
 import hashlib
@@ -19,23 +19,23 @@ from geometry.errors import InputError
 from pipeline.cache_folder import default_folder
 from pipeline.output import replace_file
 
-#: Whether the user has said `--trust`.
+#: Whether `--trust` was given.
 _TRUSTS: ContextVar[bool] = ContextVar("trusts the code of cases", default=False)
 FILE = "trusted_code.json"
 
 
 class UntrustedCode(InputError):
-    """A Python file that a case names, and that belongs to somebody else."""
+    """A Python file of a case belongs to another user or can be changed by others."""
 
 
 def trust_code(trusts: bool = True) -> None:
-    """Trust all Python files that cases name from now on, as ``--trust`` does."""
+    """Trust all Python files that cases name from now on; same as ``--trust``."""
     _TRUSTS.set(trusts)
 
 
 @contextmanager
 def trusting() -> Iterator[None]:
-    """`trust_code` within a block."""
+    """Apply `trust_code` within a block."""
     token = _TRUSTS.set(True)
     try:
         yield
@@ -44,19 +44,19 @@ def trusting() -> Iterator[None]:
 
 
 def require_trust(files: Sequence[Path], case: Path) -> None:
-    """Refuse files of a case that are not the user's own and that the user does not trust; asks once, at a terminal.
+    """Refuse files of a case that are neither the user's own nor trusted; at a terminal, ask the user once.
 
     Parameters
     ----------
     files
-        Python files; of one that is still to be written its folder counts.
+        Python files; for a file that does not exist yet, its folder is checked.
     case
-        Case file that names them.
+        Case file that names the files.
 
     Raises
     ------
     UntrustedCode
-        The user does not trust them, or cannot be asked.
+        The user does not trust the files, or cannot be asked.
     """
     known = _read_remembered()
     marks = {_mark(file): file for file in files if not is_own(file)}
@@ -71,13 +71,13 @@ def require_trust(files: Sequence[Path], case: Path) -> None:
             f"{case} runs Python code that belongs to another user or that others may change ({listed}): read it, "
             "then add --trust, or call trust_code() of study.case.trust in Python"
         )
-    with suppress(OSError):  # then it is asked again
+    with suppress(OSError):  # without a stored answer, the user is asked again
         default_folder().mkdir(parents=True, exist_ok=True)
         replace_file(default_folder() / FILE, json.dumps(sorted({*known, *marks})))
 
 
 def is_own(file: Path) -> bool:
-    """Whether a file, if it is there, and its folder are the user's or the system's, and nobody else may write them."""
+    """Whether the user or the system owns a file (if it exists) and its folder, and nobody else may write to them."""
     for place in (file.resolve(), file.resolve().parent):
         if place == file.resolve() and not place.exists():
             continue

@@ -1,4 +1,4 @@
-"""The table ``[[uncertain]]``: a parameter of the case that is not known exactly, and its distribution."""
+"""The table ``[[uncertain]]``: an uncertain parameter of the case and its distribution."""
 
 import math
 from typing import Annotated, Literal, Self
@@ -10,7 +10,7 @@ from casefile.quantity import Ratio
 from casefile.table import CaseModel
 from correlation.uncertainty.distribution import Distribution, Lognormal, Normal, Uniform
 
-#: Keys that each distribution may be given by.
+#: Keys that each distribution accepts.
 GIVEN_BY = {
     "normal": ("mean", "sd", "relative_sd"),
     "lognormal": ("mean", "sd", "relative_sd"),
@@ -30,7 +30,7 @@ Deviation = Annotated[NumberWithUnit, BeforeValidator(_deviation)]
 
 
 class UncertainTable(CaseModel):
-    """A parameter by its name, and its distribution by mean and standard deviation or by bounds."""
+    """An uncertain parameter, and its distribution by mean and standard deviation or by bounds."""
 
     parameter: Annotated[str, Field(min_length=1, examples=["mu"])]
     distribution: Annotated[Literal["normal", "lognormal", "uniform"], Field(examples=["normal"])]
@@ -42,12 +42,12 @@ class UncertainTable(CaseModel):
 
     @property
     def unit(self) -> str:
-        """Unit that all of its numbers are taken in."""
+        """Unit of all numbers of the distribution."""
         given = self.mean if self.mean is not None else self.lower
         return "" if given is None else given.unit
 
     def make(self) -> Distribution:
-        """The distribution, in `unit`."""
+        """Make the distribution, in `unit`."""
         if self.lower is not None and self.upper is not None:
             return Uniform(lower=self.lower.number, upper=self.upper.number_in(self.unit))
         assert self.mean is not None

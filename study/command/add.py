@@ -1,4 +1,4 @@
-"""``stickslip add``: an effect that is missing, written into the case."""
+"""``stickslip add``: write a missing effect into the case."""
 
 from pathlib import Path
 from typing import Annotated

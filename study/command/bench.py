@@ -37,12 +37,12 @@ def bench(
     from study.bench.work import BenchFiles
     from study.kind.registry import open_case
 
-    open_case(case)  # a mistake of the file is told at once
+    open_case(case)  # reports mistakes of the file before the server starts
     addresses: list[str] = []
 
     def opened(address: str) -> None:
         addresses.append(address)
-        # Without it there is no page: it is printed whatever else is not.
+        # The address is always printed, also with --quiet and --json: the page cannot be opened without it.
         sys.stderr.write(f"stickslip: the bench is at {address} (Ctrl-C ends it)\n")
         sys.stderr.flush()
         if browser:

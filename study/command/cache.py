@@ -1,4 +1,4 @@
-"""``stickslip cache``: how much the stored results take, and how to remove them."""
+"""``stickslip cache``: show the size of the stored results, or remove them."""
 
 from typing import Annotated
 
@@ -36,7 +36,7 @@ def cache(
 
 
 def format_size(size: int) -> str:
-    """Size in decimal units: ``12.3 MB``."""
+    """Format a size in decimal units: ``12.3 MB``."""
     amount = float(size)
     for unit in ("bytes", "kB", "MB"):
         if amount < 1000:

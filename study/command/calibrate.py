@@ -1,4 +1,4 @@
-"""``stickslip calibrate``: fitted calibration parameters, written into the case."""
+"""``stickslip calibrate``: fit the calibration parameters, and write them into the case."""
 
 from pathlib import Path
 from typing import Annotated

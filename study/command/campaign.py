@@ -1,4 +1,4 @@
-"""``stickslip campaign new``: the manifest of a folder of test files, drafted from what they say."""
+"""``stickslip campaign new``: draft the manifest of a folder of test files from their contents."""
 
 import re
 import sys
@@ -52,7 +52,7 @@ def new(
 
 
 def make_document(drafted: "NewCampaign") -> dict[str, object]:
-    """The answer for ``--json``."""
+    """Make the answer for ``--json``."""
     return {
         "manifest": str(drafted.path),
         "understood": [dict(vars(note)) for note in drafted.draft.notes],
@@ -63,7 +63,7 @@ def make_document(drafted: "NewCampaign") -> dict[str, object]:
 
 
 def format_report(drafted: "NewCampaign") -> str:
-    """The answer for people: what was understood as a table, then what was assumed, left out and suspected."""
+    """Format the answer as text: a table of recognised columns, then assumptions, omissions and suspicions."""
     from study.merge_sentences import merge_similar
 
     draft = drafted.draft
@@ -88,13 +88,13 @@ def format_report(drafted: "NewCampaign") -> str:
 
 
 def _describe_first_step(drafted: "NewCampaign") -> str:
-    """What must be done before a comparison means something."""
+    """Describe the next step of the user before a comparison is meaningful."""
     from study.campaign.draft import assumed
 
     sensors = drafted.draft.entries["sensor"]
     if sum(bool(assumed(sensor.get("place"))) for sensor in sensors) < 2:
         return "check the assumptions"
-    # Sensors that stand at one place by assumption alone are no measurement of a shape.
+    # Several sensors whose places are only assumed do not measure a shape.
     text = drafted.path.read_text(encoding="utf-8").splitlines()
     lines = [str(number) for number, line in enumerate(text, start=1) if re.match(r"place = .* # assumed: ", line)]
     return f"edit the assumed places of the sensors in {drafted.path} (lines {', '.join(lines)})"

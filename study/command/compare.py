@@ -1,4 +1,4 @@
-"""``stickslip compare``: a model beside measurements, and where it fails."""
+"""``stickslip compare``: compare a model with measurements, and show where it fails."""
 
 from pathlib import Path
 from typing import Annotated

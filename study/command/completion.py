@@ -1,4 +1,4 @@
-"""``stickslip completion``: a script that completes commands and options in a shell."""
+"""``stickslip completion``: print a script that completes commands and options in a shell."""
 
 from typing import Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""``stickslip diagnose``: which physical effect a model lacks."""
+"""``stickslip diagnose``: name the physical effect that a model lacks."""
 
 from pathlib import Path
 from typing import Annotated

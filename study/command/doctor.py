@@ -1,4 +1,4 @@
-"""``stickslip doctor``: what this machine lacks."""
+"""``stickslip doctor``: list requirements that this machine does not meet."""
 
 from study.run_context import DEFAULTS, Answer, Options, make_command_app
 

@@ -1,4 +1,4 @@
-"""``stickslip new``: a first case file."""
+"""``stickslip new``: write a first case file."""
 
 import sys
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ Text = Annotated[str | None, Parameter(show_default=False)]
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class Values:
-    """Options that are a value of the case; what is not given is asked or assumed."""
+    """Options with values of the case; values that are not given are asked for or assumed."""
 
     point: Annotated[Text, Parameter(help="Of matrices: the node at which the structure is driven and measured.")] = (
         None
@@ -57,11 +57,11 @@ class Values:
     chord: Annotated[Text, Parameter(help="Of a blade: its width; default 30 mm.")] = None
 
     def given(self) -> dict[str, str]:
-        """Those that were given, by the name of their option."""
+        """Return the given values, by the name of their option."""
         return {name.replace("_", "-"): value for name, value in vars(self).items() if value is not None}
 
 
-#: One object, since it cannot be changed.
+#: Default of the options: one shared object, since it is immutable.
 NOTHING = Values()
 
 

@@ -1,4 +1,4 @@
-"""``stickslip plan``: which effects planned tests would show."""
+"""``stickslip plan``: list the effects that planned tests would detect."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,7 +30,7 @@ Text = Annotated[str | None, Parameter(show_default=False)]
 class Tests:
     """Options of the planned tests."""
 
-    __test__ = False  # no test of pytest's
+    __test__ = False  # not a class of tests for pytest
 
     sensors: Annotated[
         tuple[str, ...],
@@ -66,7 +66,7 @@ class Tests:
     free: Annotated[bool, Parameter(negative="", help="Also test the structure without its contacts.")] = False
 
 
-#: One object, since it cannot be changed.
+#: Default of the options: one shared object, since it is immutable.
 USUAL = Tests()
 
 

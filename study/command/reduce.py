@@ -1,4 +1,4 @@
-"""``stickslip reduce``: from a case file to a reduced model."""
+"""``stickslip reduce``: make a reduced model from a case file."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""``stickslip repeat``: a result made again."""
+"""``stickslip repeat``: compute a result again, and compare the numbers."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""``stickslip runs``: the runs of a folder, listed, compared and removed."""
+"""``stickslip runs``: list, compare and remove the runs of a folder."""
 
 import os
 from pathlib import Path
@@ -31,7 +31,7 @@ CLEAN = format_details(
     examples=["stickslip runs clean solved", "stickslip runs clean solved --yes"],
 )
 
-#: A file that is younger than its record by less was written by the run [s].
+#: Largest age of a record at which a newer file still counts as written by the run [s].
 WRITTEN = 2.0
 
 
@@ -85,7 +85,7 @@ def compare(
     from study.run_record import find_newest_record
 
     records = find_newest_record(options.cache_folder, first), find_newest_record(options.cache_folder, second)
-    # Names of files differ with their folder.
+    # Names of files are left out, since they contain the folder.
     answers = [{name: value for name, value in record.answer.items() if name != "files"} for record in records]
     context = [
         f"{name}: {getattr(records[0], name)} | {getattr(records[1], name)}"
@@ -142,9 +142,9 @@ def clean(
 
 
 def _list_files(record: "RunRecord") -> list[Path]:
-    """The files that a run wrote and that are there."""
+    """List the existing files that a run wrote."""
     output = Path(record.output)
-    # A record that was tampered with names no file outside its folder.
+    # Names of files outside the folder, from a manipulated record, are ignored.
     return [output / name for name in record.files if Path(name).name == name and (output / name).is_file()]
 
 

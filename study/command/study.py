@@ -1,4 +1,4 @@
-"""``stickslip study``: the calibration of the reference paper, replayed, and the same on a user's own rig."""
+"""``stickslip study``: replay the calibration of the reference paper, or apply it to a case and a campaign."""
 
 from pathlib import Path
 from typing import Annotated

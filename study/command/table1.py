@@ -1,4 +1,4 @@
-"""``stickslip table1``: the mesh study of the paper's Table 1."""
+"""``stickslip table1``: run the mesh study of the paper's Table 1."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

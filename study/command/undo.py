@@ -1,4 +1,4 @@
-"""``stickslip undo``: what was written into the case last, taken out of it."""
+"""``stickslip undo``: remove the last change from the case."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ app = make_command_app(
 
 @app.default
 def undo(*, case: Case = None, options: Options = DEFAULTS) -> Answer:
-    """Take a step back."""
+    """Undo a step."""
     from study.diagnose.add import CaseEditError, find_case
     from study.diagnose.add import undo as take_back
     from study.diagnose.report import describe_step

@@ -1,7 +1,8 @@
-"""A case file as it was read, and its kind: what makes a structure of its ``[structure]``.
+"""Registry of case kinds, and reading of case files.
 
-A kind is one member of a registry, in a folder of its own below `study.kind`. It brings the table of its
-``[structure]`` and what the commands do with it. What a kind cannot do it says in a sentence, which the command shows.
+Each kind is a member of the registry, in a separate folder below `study.kind`. It defines the table ``[structure]``,
+the function that makes the structure, and the functions of the commands. In place of a function that it does not have,
+it gives a sentence with the reason, which the command prints.
 """
 
 from collections.abc import Callable, Mapping
@@ -31,9 +32,9 @@ class Extras:
     Parameters
     ----------
     files
-        Written ones.
+        Written files.
     document
-        Entries of the JSON document; those of a list "curves" are added to each curve.
+        Entries of the JSON document; the items of a list "curves" are added to the curves.
     text
         Lines above the table of curves.
     """
@@ -52,20 +53,20 @@ class CaseKind:
     name
         Value of the key ``kind`` in ``[structure]``.
     summary
-        Name of such a structure, after "a case of".
+        Description of the structure, after "a case of".
     table
         Model of ``[structure]``.
     structure
-        Makes the structure; it may take minutes, in stages that are stored.
+        Function that makes the structure; it may take minutes, in stages that are stored.
     reduce
-        Function of `stickslip reduce`, with or without a check of the modes: it writes files. Or the sentence
-        that says why it does nothing.
+        Function of `stickslip reduce` that writes files, with or without a check of the modes; or a sentence that says
+        why there is no reduction.
     modes
-        Function of `stickslip modes`, for a number of modes and the number of the one that is filmed. None for
-        a table of natural frequencies in place of pictures. Or a sentence that says why there are none.
+        Function of `stickslip modes`, for a number of modes and the number of the filmed mode; None for a table of
+        natural frequencies without pictures; or a sentence that says why there are no modes.
     solved
-        What is added to the answer of `stickslip solve`, of a `study.case.setup.ReadCase` and a
-        `study.solve.run.SolveResult`; None for nothing.
+        Function that makes additions to the answer of `stickslip solve` from a `study.case.setup.ReadCase` and a
+        `study.solve.run.SolveResult`; None for no additions.
     """
 
     name: str
@@ -93,7 +94,7 @@ CASE_KINDS: Registry[CaseKind] = Registry(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OpenCase:
-    """A case as its file says it.
+    """Content of a case file.
 
     Parameters
     ----------
@@ -116,18 +117,18 @@ class OpenCase:
 
     @property
     def title(self) -> str:
-        """For tables and figures: the case's own, or the name of the file."""
+        """Title for tables and figures: that of the case, or the stem of the file name."""
         return self.case.title or self.path.stem
 
     def lacks(self, key: str, remedy: str) -> CaseError:
-        """The refusal of a case that is sound but lacks something for a command.
+        """Make the error of a valid case that lacks a table for a command.
 
         Parameters
         ----------
         key
-            The table that is not there, or that is another than the command needs.
+            Table that is missing, or of another type than the command needs.
         remedy
-            What the command needs it for, and an example.
+            Reason why the command needs the table, and an example.
         """
         if self.case.source is None:
             return CaseError([Problem(file=str(self.path), line=0, key=key, text=remedy)])
@@ -140,7 +141,7 @@ def open_case(path: Path | str) -> OpenCase:
     Raises
     ------
     CaseError
-        With every mistake, each with file and line.
+        If the case has mistakes; the error lists all of them with file and line.
     """
     path = Path(path)
     _load_plugins(path)
@@ -148,11 +149,11 @@ def open_case(path: Path | str) -> OpenCase:
     structure = head.get("structure")
     name = structure.get("kind") if isinstance(structure, Mapping) else None
     if not isinstance(name, str) or name not in CASE_KINDS:
-        load_case(path, _AnyCase)  # says what is wrong with the file
+        load_case(path, _AnyCase)  # raises the error of the file
         raise AssertionError(f"{path}: the kind {name!r} was accepted")
     kind = CASE_KINDS[name]
     try:
-        # A model for each joint law takes longer than all else that is done with a file.
+        # Making the models of all joint laws takes longer than everything else here, so it is done only if needed.
         model = make_joint_case_model(kind.table, tuple(LAWS)) if "joint" in head else make_case_model(kind.table)
         return OpenCase(path=path, case=load_case(path, model), kind=kind)
     except CaseError:
@@ -161,7 +162,7 @@ def open_case(path: Path | str) -> OpenCase:
 
 
 def _refuse_kind(path: Path, kind: CaseKind, keys: set[str]) -> None:
-    """Refuse a kind that does not know the keys of its ``[structure]`` where other kinds know them all."""
+    """Refuse a kind whose table lacks keys that ``[structure]`` has, if the table of another kind has all of them."""
     others = [f'"{other.name}"' for other in CASE_KINDS if keys <= set(other.table.model_fields)]
     foreign = sorted(keys - set(kind.table.model_fields))
     lacking = [name for name, info in kind.table.model_fields.items() if info.is_required() and name not in keys]
@@ -178,20 +179,20 @@ def _refuse_kind(path: Path, kind: CaseKind, keys: set[str]) -> None:
 
 
 def make_case_model(table: type[StructureTable]) -> type[Case[Any]]:
-    """The model of a whole case whose ``[structure]`` has a model; its joints are left as they are."""
+    """Make the model of a case from the model of its ``[structure]``; joints are not validated."""
     return cast(type[Case[Any]], Case[table])  # type: ignore[valid-type]
 
 
 @cache
 def make_joint_case_model(table: type[StructureTable], laws: tuple[type[Joint], ...]) -> type[Case[Any]]:
-    """The same with the tables of joint laws."""
+    """Make the model of a case as `make_case_model`, with tables ``[[joint]]`` for the joint laws."""
     joints: Any = (tuple[make_joint_type(laws), ...], ())  # type: ignore[misc]
     model: Any = create_model("Case", __base__=make_case_model(table), joint=joints)
     return cast(type[Case[Any]], model)
 
 
 def _load_plugins(path: Path) -> None:
-    """Register the members of the user's files that a case names, before anything of it is looked up by name."""
+    """Load the user's Python files that a case names, before its names are looked up in registries."""
     if "plugins" not in read_case_head(path):
         return
     case = load_case(path, _Plugins)

@@ -1,1 +1,1 @@
-"""`stickslip new`: a first case file that loads and solves at once."""
+"""`stickslip new`: a first case file that can be solved without changes."""

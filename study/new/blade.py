@@ -1,4 +1,4 @@
-"""A first case of a blade by its dimensions."""
+"""A first case of a blade, from its dimensions."""
 
 from study.new.draft import REDUCTION, STEEL, CaseDraft, NewCaseRequest, key
 from study.run_context import RunContext
@@ -12,7 +12,7 @@ WHY = "the first frequency grows with thickness / length^2"
 
 
 def draft_blade(request: NewCaseRequest, run: RunContext) -> CaseDraft:
-    """A uniform blade on a root block, clamped at two sides of the block."""
+    """Draft a uniform blade on a root block, clamped at two sides of the block."""
     del run
     answers = {name: request.value(name, question, default, WHY) for name, question, default in DIMENSIONS}
     length, thickness = (request.millimetres(name, answers[name]) for name in ("length", "thickness"))

@@ -1,4 +1,4 @@
-"""Draft of a first case: the text of its structure, and its sources."""
+"""Draft of a first case: the request of the user, and the text of the structure."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -11,20 +11,20 @@ from study.run_context import RunContext
 
 @dataclass(frozen=True, kw_only=True)
 class NewCaseRequest:
-    """What a user requests of a new case.
+    """The user's request for a new case.
 
     Parameters
     ----------
     path
-        The case file that is written.
+        Path of the new case file.
     files
-        Files of the structure: a STEP or mesh file, matrices.
+        Files of the structure: a STEP or mesh file, or matrices.
     fix
-        Faces, sets or nodes that are fixed.
+        Fixed faces, sets or nodes.
     given
-        Other values by the name of their option, as text.
+        Other values as text, by the name of their option.
     answers
-        Where answers to what is not given come from.
+        Source of answers for values that are not given.
     """
 
     path: Path
@@ -34,14 +34,14 @@ class NewCaseRequest:
     answers: Answers
 
     def value(self, option: str, question: str, default: str, why: str, choices: Sequence[str] = ()) -> Marked:
-        """The value of an option, or else the answer to a question."""
+        """Return the value of an option, or the answer to a question if the option is not given."""
         if option in self.given:
             return Marked(value=self.given[option])
         return self.answers.ask(Question(text=question, default=default, why=why, choices=choices))
 
     @staticmethod
     def millimetres(option: str, marked: Marked) -> float:
-        """A length in words, in millimetres."""
+        """Read a length with a unit, and convert it to millimetres."""
         from casefile.quantity import LENGTH
         from geometry.errors import InputError
         from geometry.part import MILLIMETRES_PER_METRE
@@ -55,24 +55,24 @@ class NewCaseRequest:
         return float(f"{length:.6g}")
 
     def relative(self, file: Path) -> str:
-        """A file as the case names it: relative to the folder of the case, with slashes, quoted."""
+        """Format the name of a file for the case: relative to the folder of the case, with slashes, quoted."""
         return f'"{Path(os.path.relpath(file, self.path.parent)).as_posix()}"'
 
 
 @dataclass(frozen=True, kw_only=True)
 class CaseDraft:
-    """A first case without load and sweep.
+    """Draft of a first case, usually without load and sweep.
 
     Parameters
     ----------
     text
-        The tables, from ``[structure]`` on, with comments that teach.
+        Tables from ``[structure]`` on, with explanatory comments.
     notes
         Sentences for the user, such as a list of faces.
     pictures
-        Files that were drawn.
+        Files of pictures.
     is_whole
-        Whether loads and sweep are among the tables.
+        Whether the tables include loads and sweep.
     """
 
     text: str
@@ -85,7 +85,7 @@ Drafter = Callable[[NewCaseRequest, RunContext], CaseDraft]
 
 
 def key(name: str, marked: Marked, comment: str = "") -> str:
-    """A line with a quantity or a word, and why it was assumed."""
+    """Format a line with a quantity or a word, and a comment with the reason if it was assumed."""
     value = str(marked.value)
     written = value if value.replace(".", "", 1).isdigit() else f'"{value}"'
     remarks = [item for item in (comment, f"assumed: {marked.assumed}" if marked.assumed else "") if item]

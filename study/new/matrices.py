@@ -1,4 +1,4 @@
-"""A first case of sparse matrices that another program wrote."""
+"""A first case of sparse matrices of another program."""
 
 from geometry.errors import InputError
 from study.new.draft import REDUCTION, CaseDraft, NewCaseRequest, key
@@ -8,7 +8,7 @@ UNITS = ("m, kg, s", "mm, tonne, s")
 
 
 def draft_matrices(request: NewCaseRequest, run: RunContext) -> CaseDraft:
-    """Mass and stiffness of ANSYS, Nastran, CalculiX or MatrixMarket, and which node is which row."""
+    """Draft a case of mass and stiffness of ANSYS, Nastran, CalculiX or MatrixMarket, with the node of each row."""
     del run
     if len(request.files) not in (2, 3):
         raise InputError("name the files of mass and stiffness, in this order, and the table of nodes if there is one")

@@ -1,4 +1,4 @@
-"""A first case of a part from a STEP or a mesh file: its faces or sets are listed, and one of them is fixed."""
+"""A first case of a part from a STEP or a mesh file: faces or sets are listed, and one of them is fixed."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,16 +17,17 @@ if TYPE_CHECKING:
     from geometry.listed_faces import ListedFace
 
 Vector = Float[NDArray[np.float64], " 3"]
-#: Cells of a STEP part, about: half a minute of meshing. About so many fill the cube of their edge length.
+#: Approximate number of cells of a STEP part, for half a minute of meshing; approximate number in a cube of the edge
+#: length of a cell.
 CELLS, CELLS_PER_CUBE = 10_000, 16.0
-#: Why a face is taken to be the fixed one.
+#: Reason for the default of the fixed face.
 END = "the face at an end of the longest side"
-#: Words in the names of sets that are fixed as a rule, the surest first.
+#: Words in the names of sets that are usually fixed, the most reliable first.
 FIXED_WORDS = ("fix", "clamp", "support", "spc", "root", "ground")
 
 
 def draft_part(request: NewCaseRequest, run: RunContext) -> CaseDraft:
-    """A part, fixed at a face or set, with a point far from it that stays a coordinate."""
+    """Draft a part that is fixed at a face or set, with a retained point far from it."""
     from study.kind.part.table import STEP_SUFFIXES
 
     if len(request.files) != 1:
@@ -127,7 +128,7 @@ on = [{", ".join(f'"{name}"' for name in chosen)}] # sets of the file: {", ".joi
 def _choose_fixed(
     request: NewCaseRequest, question: str, default: str, why: str, choices: Sequence[str] = ()
 ) -> tuple[tuple[str, ...], str]:
-    """Faces or sets that are fixed, and a comment where that was assumed."""
+    """Choose the fixed faces or sets; return also a comment if the choice is assumed."""
     if request.fix:
         return request.fix, ""
     answer = request.value("fix", question, default, why, choices)
@@ -175,7 +176,7 @@ def _read_number(word: str, faces: Sequence["ListedFace"]) -> int:
 
 
 def _find_end_face(faces: Sequence["ListedFace"], corners: Float[NDArray[np.float64], "corner 3"]) -> int:
-    """Number of the plane face at the lower end of the longest side; the largest face where there is none."""
+    """Find the number of the plane face at the lower end of the longest side; of the largest face if there is none."""
     axis = int(np.ptp(corners, axis=0).argmax())
     ends = [number for number, face in enumerate(faces) if face.normal is not None and face.normal[axis] < -0.99]
     pick = min(ends, key=lambda number: faces[number].centre[axis], default=None)

@@ -6,7 +6,7 @@ from study.run_context import RunContext
 
 
 def draft_plain(request: NewCaseRequest, run: RunContext) -> CaseDraft:
-    """A file of NumPy or MATLAB with M, K and perhaps C, or a reduced model."""
+    """Draft a case of a NumPy or MATLAB file with M, K and optionally C, or of a reduced model."""
     from reduction.file.structure_file import load_matrices
 
     del run

@@ -4,12 +4,12 @@ from study.new.draft import CaseDraft, NewCaseRequest
 from study.run_context import RunContext
 from study.shipped_cases import RIG
 
-#: What makes the first run a matter of a minute.
+#: Changes that shorten the first run to about a minute.
 COARSER = (('size = "2.5 mm"', 'size = "5 mm"'), ("modes = 150", "modes = 60"), ("histories = 3", "histories = 1"))
 
 
 def draft_rig(request: NewCaseRequest, run: RunContext) -> CaseDraft:
-    """The rig of the paper: a blade, two dampers and two de-couplers."""
+    """Draft the rig of the paper: a blade, two dampers and two de-couplers."""
     del request, run
     text = RIG.read_text(encoding="utf-8")
     for fine, coarse in COARSER:

@@ -1,4 +1,4 @@
-"""Writes a first case, makes its structure, and adds a load, a sensor and a sweep through its first resonance."""
+"""Writing of a first case: the structure is made, and load, sensor and a sweep over the first resonance are added."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -29,22 +29,22 @@ DRAFTERS: Mapping[str, Drafter] = {
     "matrices": draft_matrices,
     "plain": draft_plain,
 }
-#: Frequencies of the sweep, over the first natural frequency [-].
+#: Half-width of the sweep, relative to the first natural frequency [-].
 BAND = 0.1
-#: A frequency below this share of the next is that of a rigid body [-].
+#: Largest frequency of a rigid-body motion, relative to the seventh frequency or the highest [-].
 RIGID = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
 class NewCase:
-    """A case that was written.
+    """A written case.
 
     Parameters
     ----------
     path
-        The file.
+        Path of the case file.
     draft
-        What it was made of.
+        Draft of the case.
     frequency
         First natural frequency [Hz]; None for a rig, whose sweep is known.
     """
@@ -56,7 +56,7 @@ class NewCase:
 
 @dataclass(frozen=True, kw_only=True)
 class DrivePoint:
-    """Where the structure is driven and measured, as the keys of a place."""
+    """Point at which the structure is driven and measured: keys of the place, and name."""
 
     keys: str
     name: str
@@ -68,16 +68,16 @@ def write_new_case(kind: str, request: NewCaseRequest, run: RunContext) -> NewCa
     Parameters
     ----------
     kind
-        A name of `DRAFTERS`.
+        Name in `DRAFTERS`.
     request
         Files and options.
     run
-        Stores the structure, so that the next command finds it.
+        Run that stores the structure for the next command.
 
     Raises
     ------
     InputError
-        A file that cannot be used, or an option that fits nothing. What was at the path before is there again.
+        A file cannot be used, or an option is invalid. The earlier file at the path is restored.
     """
     for file in request.files:
         if not file.is_file():
@@ -108,7 +108,7 @@ def _write(kind: str, request: NewCaseRequest, run: RunContext) -> NewCase:
 
 @contextmanager
 def _restore_if_it_fails(path: Path) -> Iterator[None]:
-    """Restore the file after a failure, or remove a new one: an incomplete case would look like a complete one."""
+    """Restore the file after a failure, or remove a new one, so that no incomplete case is left."""
     before = path.read_bytes() if path.is_file() else None
     try:
         yield
@@ -122,7 +122,7 @@ def _restore_if_it_fails(path: Path) -> Iterator[None]:
 
 
 def _find_first_mode(structure: Structure) -> tuple[float, DrivePoint]:
-    """Frequency of the first elastic mode [Hz], and where it moves most of all that a case can name."""
+    """Find the frequency of the first elastic mode [Hz], and the point of largest motion that a case can name."""
     matrices = structure.matrices
     squared, shapes = scipy.linalg.eigh(matrices.stiffness, matrices.mass)
     elastic = squared > RIGID**2 * abs(squared[min(6, len(squared) - 1)])

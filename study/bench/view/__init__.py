@@ -1,1 +1,1 @@
-"""What the page of the bench draws, as plain data: one file per part of the page."""
+"""Views of the page of the bench, as plain data: one file per part of the page."""

@@ -1,4 +1,4 @@
-"""Candidate effects for the page: physics, gain or probability, strength, and what each is confused with."""
+"""View of candidate effects: physics, gain or probability, strength, and effects with similar changes."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,12 +14,12 @@ from study.diagnose.report import describe_threshold, format_headline
 from study.diagnose.round import Round
 from study.diagnose.table import Row, format_interval, list_rows
 
-#: Cosine of two effects' changes from which a page names them as confused, and how many it names.
+#: Smallest similarity (cosine) of effects that the page names as confused, and largest number of names.
 CONFUSED, MOST = 0.6, 3
 
 
 def show_scores(scores: Sequence[Score]) -> list[dict[str, Any]]:
-    """Candidates of a screening, best first: numbers to first order."""
+    """Make the view of the candidates of a screening, best first, with numbers to first order."""
     confused = find_confused(scores)
     return [
         _show_candidate(score, confused) | {
@@ -33,12 +33,12 @@ def show_scores(scores: Sequence[Score]) -> list[dict[str, Any]]:
 
 
 def show_diagnosis(result: Round) -> dict[str, Any]:
-    """Verdict and candidates of a diagnosis: those named first, then those that were fitted, then the others."""
+    """Make the view of a diagnosis: verdict, and candidates: first named, then fitted, then other effects."""
     verdict = result.diagnosis.verdict
     scores = {score.effect.name: score for score in result.diagnosis.scores}
     confused = find_confused(result.diagnosis.scores)
     order = [entry.effect.name for entry in verdict.effects if entry.effect is not None]
-    # Of one effect alone the verdict says all.
+    # The verdict contains the probability of a single effect.
     chance = dict(zip(order, verdict.probabilities, strict=False)) if len(order) > 1 else {}
     return {
         "finding": verdict.finding.value,
@@ -53,7 +53,7 @@ def show_diagnosis(result: Round) -> dict[str, Any]:
 
 
 def find_confused(scores: Sequence[Score]) -> dict[str, list[list[Any]]]:
-    """Names of the effects that change the data most nearly as each does, with their cosines."""
+    """Find for each effect the most similar ones: their names and cosines."""
     seen = [score for score in scores if score.direction.any()]
     if not seen:
         return {}
@@ -105,6 +105,6 @@ def _format_strength(score: Score) -> str:
 
 
 def _list_values(strength: float, parameters: Sequence[EffectParameter]) -> list[str]:
-    """Values with which an effect that was not fitted can be added: its strength to first order, typical others."""
+    """List values for adding an effect that was not fitted: strength to first order, typical values of the others."""
     rest = [parameter.typical for parameter in parameters[1:]]
     return [format_parameter(value, parameter) for value, parameter in zip([strength, *rest], parameters, strict=True)]

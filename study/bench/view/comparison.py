@@ -1,4 +1,4 @@
-"""Measured families over predictions with residuals, the map of the misfit, and what the comparison says in words."""
+"""View of a comparison: measured families, predictions and residuals, map of the misfit, and verdict in words."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -22,14 +22,14 @@ DIGITS, SLOPE_DIGITS = 6, 4
 
 
 def show_comparison(compared: ComparisonResult, lines: Mapping[str, Lines]) -> dict[str, Any]:
-    """Parts of the page: "verdict", "responses" and "map".
+    """Make the parts "verdict", "responses" and "map" of the page.
 
     Parameters
     ----------
     compared
-        Comparison of the case as its file says it.
+        Comparison at the values of the case file.
     lines
-        Its lines that move, by configuration.
+        Lines with slopes, by configuration.
     """
     points = {free: (item.points, item.prediction.value) for free, item in _split_by_free(lines).items()}
     drawing = Drawing.of(compared, points)
@@ -49,7 +49,7 @@ def show_comparison(compared: ComparisonResult, lines: Mapping[str, Lines]) -> d
 
 
 def show_summary(title: str, campaign: str, summary: Summary, suspicions: Sequence[Suspicion]) -> dict[str, Any]:
-    """Verdict of a comparison with the titles of case and campaign, and suspicious measurements."""
+    """Make the view of the verdict, with the titles of case and campaign, and suspicious measurements."""
     return {
         "title": title,
         "campaign": campaign,
@@ -64,7 +64,7 @@ def show_summary(title: str, campaign: str, summary: Summary, suspicions: Sequen
 def show_moved(
     compared: ComparisonResult, lines: Mapping[bool, tuple[Points, Coefficients]]
 ) -> tuple[dict[str, Any], dict[str, float]]:
-    """Exact lines at other values of the parameters for the page, in the order of its panels; and the errors there."""
+    """Make the view of exact lines at other values of the parameters, in the order of the panels, and their errors."""
     drawing = Drawing.of(compared, lines)
     panels = [panel for listed in drawing.panels.values() for panel in listed if panel.curves]
     shown = [[_split_complex(curve.line) for curve in panel.curves] for panel in panels]
@@ -72,7 +72,7 @@ def show_moved(
 
 
 def list_errors(compared: ComparisonResult, lines: Mapping[bool, tuple[Points, Coefficients]]) -> dict[str, float]:
-    """Median errors of amplitude [%] and phase [deg] of training data and held-out levels beside some lines."""
+    """List the median errors of amplitude [%] and phase [deg] of lines, over training and held-out data together."""
     misfit, _ = join_sides(compared.train, compared.held_out)
     for points, line in lines.values():
         misfit = at_measured(misfit, points, line)
@@ -88,7 +88,7 @@ def _split_by_free(lines: Mapping[str, Lines]) -> dict[bool, Lines]:
 
 
 def _show_lines(panel: SensorPanel, lines: Lines) -> list[dict[str, Any]]:
-    """Line and slopes of each curve of a panel, in its unit."""
+    """Make the line and slopes of each curve of a panel, in the unit of the panel."""
     points, result = lines.points, []
     for curve in panel.curves:
         rows = find_rows(points, *panel.key, curve.level)
@@ -101,5 +101,5 @@ def _show_lines(panel: SensorPanel, lines: Lines) -> list[dict[str, Any]]:
 
 
 def _split_complex(values: Coefficients, digits: int = DIGITS) -> list[list[float | None]]:
-    """Real and imaginary parts."""
+    """Split into rounded real and imaginary parts."""
     return [round_list(values.real, digits), round_list(values.imag, digits)]

@@ -1,4 +1,4 @@
-"""What a verdict leaves to do: the recovered law of what no effect explains, and what to measure next."""
+"""View of what follows from a verdict: the recovered law if no effect explains the data, and the next test."""
 
 from base64 import b64encode
 from typing import Any
@@ -11,7 +11,7 @@ from study.diagnose.round import Round
 
 
 def show_law(result: Round) -> dict[str, Any] | None:
-    """The recovered law in words and as a picture, and the file that makes an effect of it; None if there is none."""
+    """Make the view of the recovered law: words, picture and effect file; None without a law."""
     law = result.law
     if law is None:
         return None
@@ -25,7 +25,7 @@ def show_law(result: Round) -> dict[str, Any] | None:
 
 
 def show_next_tests(result: Round) -> dict[str, Any] | None:
-    """Advice on the next test, each test with the probability that it decides; None if nothing is to be separated."""
+    """Make the view of the next tests, with their probabilities to decide; None if there is nothing to separate."""
     step = result.next_step
     if step.advice is None:
         return {"sentence": step.reason, "rows": [], "remark": "", "picture": ""} if step.reason else None
@@ -43,5 +43,5 @@ def show_next_tests(result: Round) -> dict[str, Any] | None:
 
 
 def _draw(drawing: object) -> str:
-    """A picture as base64."""
+    """Draw a picture as base64."""
     return b64encode(pictures({"picture": drawing})["picture"]).decode()

@@ -1,4 +1,4 @@
-"""What was done to a case, for the page: a list to go back in, and the errors of each step."""
+"""View of the history of a case: steps that can be undone, and the errors of each step."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,9 +8,9 @@ from study.diagnose.stages import list_known_errors
 
 
 def show_history(history: History) -> list[dict[str, Any]]:
-    """Steps, oldest first; `back` is the number of `undo` calls that take back an active step, zero for all others."""
+    """List the steps, oldest first; `back` is the number of `undo` calls that undo an active step, otherwise zero."""
     active_steps = history.active_steps
-    # An active step is one of the steps themselves, and no copy.
+    # By identity: active steps are elements of `history.steps`, not copies.
     back = {id(step): len(active_steps) - place for place, step in enumerate(active_steps)}
     return [
         {
@@ -29,7 +29,7 @@ def show_history(history: History) -> list[dict[str, Any]]:
 
 
 def show_errors(history: History, present: Sequence[str], drawn: Errors, now: Errors) -> list[dict[str, Any]]:
-    """Errors on training and held-out data after each step: nominal, calibrated, and with each effect.
+    """List the errors of training and held-out data after each step: nominal, calibrated, and with each effect.
 
     Parameters
     ----------
@@ -38,13 +38,13 @@ def show_errors(history: History, present: Sequence[str], drawn: Errors, now: Er
     present
         Names of the effects in the case.
     drawn, now
-        Errors of the nominal model, and with all its values refitted.
+        Errors of the nominal model, and of the model with all values refitted.
     """
     return [vars(step) for step in list_known_errors(history, present, drawn, now)]
 
 
 def list_numbers(before: Errors | None, after: Errors | None) -> dict[str, float]:
-    """Errors of a step as named numbers; those that are not known are left out."""
+    """List the errors of a step as named numbers, without unknown ones."""
     sides = {"before": before, "after": after}
     return {
         f"{words} error {side} [%]": 100 * value

@@ -1,4 +1,4 @@
-"""Limits of all friction histories beside the measured families, in the units of the page's panels."""
+"""View of the limits of all friction histories with the measured families, in the units of the page's panels."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -12,19 +12,19 @@ from study.page.number import round_list
 
 
 def show_limits(comparison: FamilyComparison, panels: Sequence[tuple[bool, SensorPanel]]) -> dict[str, Any]:
-    """Limits for the page.
+    """Make the view of the limits.
 
     Parameters
     ----------
     comparison
-        Measured families over their limits.
+        Comparison of measured families with their limits.
     panels
         Panels of the page, each with whether the contacts are absent.
 
     Returns
     -------
-    "panels": of each curve of each panel its limits over frequency [Hz], or None; the verdict as "headline" and, in
-    full, "sentences".
+    "panels": for each curve of each panel its limits over frequency [Hz], or None; the verdict as "headline", and in
+    detail as "sentences".
     """
     document = document_families(comparison)
     compared = [item for item in comparison.verdicts if item.n_compared]
@@ -40,7 +40,7 @@ def show_limits(comparison: FamilyComparison, panels: Sequence[tuple[bool, Senso
 
 
 def count_limits(comparison: FamilyComparison) -> dict[str, float]:
-    """Named numbers: how many families there are, how many leave their limits, and the readings within."""
+    """Return named numbers: families, families that leave their limits, and percentage of readings within limits."""
     compared = [item for item in comparison.verdicts if item.n_compared]
     count = sum(item.n_compared for item in compared)
     inside = sum(item.coverage * item.n_compared for item in compared)

@@ -1,4 +1,4 @@
-"""Operating shapes at the resonances of a comparison, and what each contact does over the period."""
+"""Operating shapes at the resonances of a comparison, with the states of each contact over the period."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from correlation.prediction import Prediction
 from hbsolve.contact_motion import contact_motion
 from hbsolve.state import SteadyState
 
-#: Instants of a period at which the states of contacts are shown.
+#: Number of instants of a period at which the states of contacts are shown.
 INSTANTS = 24
 
 
@@ -25,12 +25,12 @@ class Operation:
     Parameters
     ----------
     label
-        Its level, frequency and configuration.
+        Level, frequency and configuration.
     motion
         Coefficients of e^{i Omega t} of all coordinates, shape (r,) [m].
     states
-        0 stuck, 1 slipping, 2 separated: of each contact of a line at `INSTANTS` instants of the period, by the name of
-        the line, shape (contact, instant) [-]. The worst counts where a contact has two tangents.
+        States of each contact at `INSTANTS` instants of the period, by line, shape (contact, instant) [-]: 0 stuck,
+        1 slipping, 2 separated; the largest over two tangents.
     """
 
     label: str
@@ -39,14 +39,14 @@ class Operation:
 
 
 def list_operations(model: Model, prediction: Prediction, unit: str) -> list[Operation]:
-    """The steady state of each configuration and level whose first harmonic is the largest.
+    """Find the steady state with the largest first harmonic, for each configuration and level.
 
     Parameters
     ----------
     model
-        Model that is compared.
+        Compared model.
     prediction
-        Its states.
+        Prediction with steady states.
     unit
         Unit of the levels.
     """

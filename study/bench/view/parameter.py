@@ -1,4 +1,4 @@
-"""Parameters of a case for the page: priors, intervals, bounds, and the ranges of their sliders."""
+"""View of the parameters of a case: priors, intervals, bounds, and the ranges of their sliders on the page."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,23 +13,23 @@ from study.case.setup import Setup
 from study.diagnose.history import History
 from study.diagnose.table import format_interval, split_unit
 
-#: A value nearer to its bound than this share of the range is at it [-].
+#: Largest distance of a value at a bound, as a fraction of the range [-].
 AT_BOUND = 1e-3
-#: Range of a slider: so many standard deviations of the prior, or so large a share of a value without one.
+#: Half range of a slider: in standard deviations of the prior, or without a prior as a fraction of the value [-].
 PULLED, WIDE = 3.0, 1.0
 
 
 def show_parameters(setup: Setup, unknowns: Unknowns, values: Values, history: History) -> list[dict[str, Any]]:
-    """Rows of the table of parameters, those at a bound first.
+    """Make the rows of the table of parameters, those at a bound first.
 
     Parameters
     ----------
     setup
-        The case.
+        Set-up of the case.
     unknowns, values
-        Its parameters, and their values in the case, shape (p,).
+        Parameters, and their values in the case, shape (p,).
     history
-        History of the case, which knows the intervals.
+        History of the case, with the intervals of fitted values.
     """
     noted = _list_noted(history)
     physics = [item.physics for item in setup.calibration_parameters]
@@ -66,14 +66,14 @@ def _show_row(
 
 
 def is_at_bound(value: float, parameter: EffectParameter) -> bool:
-    """Whether a value is at a bound of its parameter, within a small share of the range."""
+    """Whether a value is at a bound of its parameter, within `AT_BOUND`."""
     bounds = [bound for bound in (parameter.lower, parameter.upper) if np.isfinite(bound)]
     width = bounds[1] - bounds[0] if len(bounds) == 2 else abs(parameter.typical - parameter.vanishes)
     return any(abs(value - bound) <= AT_BOUND * width for bound in bounds)
 
 
 def _choose_range(parameter: EffectParameter, value: float, prior: float) -> tuple[float, float]:
-    """Range of a slider around a value, within the bounds."""
+    """Choose the range of a slider around a value, within the bounds."""
     if np.isfinite(prior):
         half = max(PULLED * prior, 1.5 * abs(value - 1))
         first, last = min(1.0, value) - half, max(1.0, value) + half
@@ -84,7 +84,7 @@ def _choose_range(parameter: EffectParameter, value: float, prior: float) -> tup
 
 
 def _list_noted(history: History) -> dict[str, str]:
-    """Half the 95 % interval of each value as the last fit wrote it, by name."""
+    """List half the 95 % interval of each value as text from the last fit, by name."""
     result: dict[str, str] = {}
     for step in history.active_steps:
         result |= {name: _note(pair) for name, pair in step.calibrated.items()}
@@ -100,7 +100,7 @@ def _note(pair: Sequence[Any]) -> str:
 def show_fitted(
     names: Sequence[str], parameters: Sequence[EffectParameter], values: Values, deviation: Values
 ) -> dict[str, Any]:
-    """Value with interval of each parameter of a fit, and whether it is at a bound, by name."""
+    """List value, interval, and whether it is at a bound, of each parameter of a fit, by name."""
     return {
         name: {
             "text": format_interval(float(value), float(one), parameter),

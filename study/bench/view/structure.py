@@ -1,4 +1,4 @@
-"""The structure in space: bodies, sensors, contact lines and moving shapes; rows alone where there is no geometry."""
+"""View of the structure in space: bodies, sensors, contact lines and moving shapes; only names without geometry."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,9 +15,9 @@ from study.bench.view.operation import Operation
 from study.case.surface import BodySurface
 from study.page.number import round_list
 
-#: Modes that are shown, and the length of the largest displacement, as a share of the structure's size [-].
+#: Number of shown modes, and largest shown displacement as a fraction of the structure's size [-].
 MODES, SHOWN = 6, 0.12
-#: Nodes of a body are a chain if none is further off their line than this share of its length [-].
+#: Largest ratio of the second to the first singular value of the positions of a chain of nodes [-].
 STRAIGHT = 0.05
 #: Digits of shapes.
 DIGITS = 4
@@ -32,18 +32,18 @@ Place = Float[NDArray[np.float64], "3"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Body:
-    """A body, or marks on it, as they are drawn.
+    """A drawn body, or marks on bodies.
 
     Parameters
     ----------
     name
-        As the degrees of freedom call it; of marks the name of the sensor or contact line.
+        Name of the body in the degrees of freedom; for marks the name of the sensor or contact line.
     points
-        Shape (p, 3) [m].
+        Coordinates, shape (p, 3) [m].
     motion
-        Displacement of the points by the coordinates of the structure, shape (p, 3, r) [- and m].
+        Displacement of the points per unit of the coordinates of the structure, shape (p, 3, r) [- and m].
     triangles
-        On its outside, shape (t, 3) [-]; none of a chain or cloud of nodes.
+        Triangles on the outer surface, shape (t, 3) [-]; empty for a chain or cloud of nodes.
     """
 
     name: str
@@ -55,22 +55,23 @@ class Body:
 def show_structure(
     model: Model, surfaces: Mapping[str, BodySurface] | None = None, operations: Sequence[Operation] = ()
 ) -> dict[str, Any]:
-    """Structure of a model.
+    """Make the view of the structure of a model.
 
     Parameters
     ----------
     model
-        The model; its degrees of freedom tell where their nodes are.
+        Model with the coordinates of its nodes in the degrees of freedom.
     surfaces
-        Outsides of bodies, by name; nodes are drawn where they are not known.
+        Outer surfaces of bodies, by name; without surfaces nodes are drawn.
     operations
         Steady states whose shapes are shown.
 
     Returns
     -------
     "bodies" with coordinates [m]: surfaces, chains or clouds; "marks" of sensors, contact lines and the load; "modes"
-    with frequencies [Hz] and "operations", whose "shape" holds displacements of each body and then of each mark [m],
-    enlarged; and the "state_colours" of contacts. All empty but "rows" without coordinates.
+    with frequencies [Hz] and "operations", whose "shape" has the enlarged displacements of each body and then of each
+    mark [m]; the "state_colours" of contacts; and "rows" with the names of sensors and contact lines. Without
+    coordinates, all except "rows" are empty.
     """
     bodies = _list_bodies(model, surfaces or {})
     if not bodies:
@@ -97,7 +98,7 @@ def show_structure(
 
 
 def _list_bodies(model: Model, surfaces: Mapping[str, BodySurface]) -> list[Body]:
-    """Surfaces where they are known, and nodes along the longest side of each other body."""
+    """List the surfaces of bodies; without surfaces the nodes of each body, ordered along the longest side."""
     n_dof = model.system.n_dof
     bodies = [
         Body(name=name, points=item.points, triangles=item.triangles, motion=item.motion)
@@ -126,7 +127,7 @@ def _list_bodies(model: Model, surfaces: Mapping[str, BodySurface]) -> list[Body
 
 
 def _is_chain(points: Float[NDArray[np.float64], "n 3"]) -> bool:
-    """Whether points lie on a line, so that a line between them shows the body."""
+    """Whether points are on a line, so that a line between them shows the body."""
     if len(points) < 3:
         return True
     size = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
@@ -147,7 +148,7 @@ def _show_operation(operation: Operation, bodies: Sequence[Body], size: float) -
 
 
 def _shape(bodies: Sequence[Body], motion: Complex[NDArray[np.complex128], " r"], size: float) -> dict[str, Any]:
-    """Real and imaginary parts of the displacement of each body, enlarged to what is seen; and how much [-]."""
+    """Compute real and imaginary parts of the enlarged displacement of each body, and the factor of enlargement [-]."""
     fields = [body.motion @ motion for body in bodies]
     largest = max(float(np.linalg.norm(np.abs(field), axis=1).max()) for field in fields)
     factor = SHOWN * size / largest if largest else 0.0
@@ -161,7 +162,7 @@ def _list_columns(values: Float[NDArray[np.float64], "p 3"]) -> list[list[float 
 
 
 def _list_marks(model: Model) -> list[tuple[str, Body]]:
-    """Sensors, contacts and the load where their rows are, each with its kind."""
+    """List the marks of sensors, contact lines and the load at the positions of their rows, each with its kind."""
     rows = [("sensor", item.name, [item.row]) for item in model.sensors if not isinstance(item, LineSensor)]
     rows += [
         ("contact line", line, [model.contact(name).normal for name in members])
@@ -180,7 +181,7 @@ def _list_marks(model: Model) -> list[tuple[str, Body]]:
 def _find_mark(
     model: Model, row: Float[NDArray[np.float64], " r"]
 ) -> tuple[Place, Float[NDArray[np.float64], "3 r"]] | None:
-    """Position and motion of a row: the mean of its nodes, weighted by its size; None for an empty row."""
+    """Find position and motion of a row: the mean of its nodes, weighted by the row; None for an empty row."""
     weights: dict[tuple[str, int], float] = {}
     places: dict[tuple[str, int], Place] = {}
     for dof, value in zip(model.dofs, row, strict=False):
@@ -199,7 +200,7 @@ def _find_mark(
 
 
 def _list_rows(model: Model) -> list[dict[str, Any]]:
-    """Sensors and contact lines in words, with what they read."""
+    """List names of sensors and contact lines, with the quantity of each sensor and number of contacts of each line."""
     rows = [
         {"name": sensor.name, "kind": sensor.quantity if isinstance(sensor, Sensor) else FORCES[type(sensor)]}
         for sensor in model.sensors

@@ -1,4 +1,4 @@
-"""One blade, clamped at its root."""
+"""A blade, clamped at its root."""
 
 from study.case.structure import Structure
 from study.kind.blade.table import BladeStructureTable

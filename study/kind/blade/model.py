@@ -1,4 +1,4 @@
-"""One finite-element model of a blade: what it depends on, its clamped system, and the CAD solid behind the mesh."""
+"""The finite-element model of a blade: its inputs, its clamped system, its CAD solid and its reduction."""
 
 import tempfile
 from collections.abc import Mapping
@@ -40,32 +40,33 @@ from reduction.rom_error import rom_error
 from study.kind.blade.table import BladeTables, mesh_any, with_thickness
 from study.reduce.comparison import N_FREQUENCY, ComparedReduction
 
-#: Nodes that stay physical in a reduced model, where the mesh has them.
+#: Node sets that a reduced model retains, if the mesh has them.
 BOUNDARY = ("excitation", "response", "contact_positive", "contact_negative")
-#: The mesh that is compared: quadratic, since straight faces would lose what a curved groove holds.
+#: Elements through the thickness of the mesh whose volume is compared with that of the CAD solid. The elements are
+#: quadratic, since faces with straight edges would change the volume of a curved groove.
 THROUGH_THICKNESS = 2
 #: Excitation and response act along y, the thickness.
 THICKNESS_DIRECTION = 1
-#: The peak is sought this far on each side of the reduced frequency; the second mode is farther.
+#: Relative half-width of the search range for the first peak around the reduced frequency; the second mode is outside.
 BAND = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
 class BladeModel:
-    """All that a model of a blade depends on.
+    """Inputs of a model of a blade.
 
     Parameters
     ----------
     blade, material
         Dimensions and material of the blade.
     element, through_thickness, length_ratio, length_cap, subdivisions, pads
-        How: the name of the element and the numbers of `fe.mesher.mesh_rule.MeshRule` and `fe.mesher.blade.PadMesh`.
+        Name of the element, and mesh parameters of `fe.mesher.mesh_rule.MeshRule` and `fe.mesher.blade.PadMesh`.
     drop_every
-        Thinning of the clamp; 0 for the full clamp [-].
+        Thinning of the clamp: every n-th vertex node is free; 0 for the full clamp [-].
     n_mode
-        Fixed-interface modes [-].
+        Number of fixed-interface modes [-].
     damping_ratio
-        On the first mode [-].
+        Damping ratio of the first mode [-].
     """
 
     blade: Blade | PlainBlade
@@ -82,7 +83,7 @@ class BladeModel:
 
     @property
     def rule(self) -> MeshRule:
-        """The meshing rule."""
+        """Meshing rule."""
         return MeshRule(
             element=REGISTRY[self.element],
             through_thickness=self.through_thickness,
@@ -101,23 +102,23 @@ def make_blade_model(
     drop_every: int = 0,
     thickness_factor: float = 1.0,
 ) -> BladeModel:
-    """The model that a case asks for, all its parts checked.
+    """Make and check the model of a blade of a case.
 
     Parameters
     ----------
     case
-        As `load_case` returned it.
+        Case returned by `load_case`.
     table, path
         Tables of the blade, and their path in the case.
     element, through_thickness, drop_every
-        As in `BladeModel`.
+        See `BladeModel`.
     thickness_factor
-        Factor on the thickness, as in `with_thickness` [-].
+        Factor on the thickness, see `with_thickness` [-].
 
     Raises
     ------
     CaseError
-        The blade, its material or its mesh cannot be built as the case says.
+        The blade, its material or its mesh cannot be built from the values of the case.
     """
     with located(case, *path, "blade"):
         blade = table.blade.blade()
@@ -138,13 +139,13 @@ def make_blade_model(
         damping_ratio=table.damping.ratio,
     )
     with located(case, *path, "mesh"):
-        model.rule  # noqa: B018 - sizes that make no rule are refused before anything runs
+        model.rule  # noqa: B018 - refuses sizes without a valid rule before any computation
     return model
 
 
 @stage("mesh size")
 def count_mesh_dofs(model: BladeModel) -> int:
-    """Degrees of freedom of the whole mesh, the fixed ones too [-]: what work and memory depend on."""
+    """Count the degrees of freedom of the mesh, including fixed ones [-], as a measure of work and memory."""
     return 3 * mesh_any(model.blade, model.rule, model.pads).n_node
 
 
@@ -158,32 +159,32 @@ def clamped(model: BladeModel) -> tuple[Mesh, LinearSystem, int]:
 
 
 def compute_first_frequency(model: BladeModel) -> tuple[Mesh, float, int]:
-    """Mesh, first frequency [Hz] and free degrees of freedom of a model, nothing else."""
+    """Compute mesh, first frequency [Hz] and number of free degrees of freedom of a model."""
     mesh, system, _ = clamped(model)
     return mesh, float(modes(system, 1).frequency[0]), system.n_dof
 
 
 def find_fixed_nodes(mesh: Mesh, drop_every: int) -> NDArray[np.int64]:
-    """Clamped nodes: all of the face set "clamp", or thinned."""
+    """Find the clamped nodes: all nodes of the face set "clamp", or a part of them."""
     nodes = mesh.nodes("clamp")
     return thin_nodes(mesh, nodes, drop_every) if drop_every else nodes
 
 
 def find_boundary_rows(mesh: Mesh, system: LinearSystem) -> dict[str, NDArray[np.int64]]:
-    """Rows of excitation, response and contact nodes, by name."""
+    """Find the rows of the node sets `BOUNDARY` in the system, by name."""
     return {name: system.rows(mesh.node_sets[name]) for name in BOUNDARY if name in mesh.node_sets}
 
 
 @dataclass(frozen=True, kw_only=True)
 class SolidCheck:
-    """A blade as CAD and as mesh.
+    """Comparison of a blade's CAD solid with its mesh.
 
     Parameters
     ----------
     cad_volume, mesh_volume
-        [m^3].
+        Volumes of the CAD solid and of the mesh [m^3].
     step
-        The STEP file.
+        Content of the STEP file.
     """
 
     cad_volume: float
@@ -211,17 +212,16 @@ def solid_check(inputs: BladeModel) -> SolidCheck:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reduction(ComparedReduction):
-    """A reduced blade and how good it is.
+    """A reduced blade, compared with the full model.
 
     Parameters
     ----------
     mesh
         Mesh of the blade.
     n_fixed
-        Fixed nodes [-].
+        Number of fixed nodes [-].
     peak_natural
-        The natural frequency that the interpolated peak of the harmonic-balance response stands for, its damping shift
-        taken out [Hz].
+        First natural frequency from the interpolated peak of the harmonic-balance response, corrected for damping [Hz].
     """
 
     mesh: Mesh
@@ -235,9 +235,9 @@ def reduce_blade(model: BladeModel, provenance: Mapping[str, str] | None = None)
     Parameters
     ----------
     model
-        Blade that is reduced.
+        Model of the blade.
     provenance
-        Travels with the reduced model.
+        Provenance that is stored in the reduced model.
     """
     mesh, system, n_fixed = clamped(model)
     rows = find_boundary_rows(mesh, system)
@@ -261,7 +261,7 @@ def reduce_blade(model: BladeModel, provenance: Mapping[str, str] | None = None)
 
 
 def find_first_peak(rom: ReducedModel, frequency: float) -> ResonancePeak:
-    """Peak of the tip's harmonic-balance response to a force at the excitation point, near a frequency [Hz]."""
+    """Find the peak near a frequency [Hz] of the tip's harmonic-balance response to a force at the excitation point."""
     structure = DynamicStiffness.of(rom)
     force = make_unit_force(rom)
     seen = rom.rows("response", THICKNESS_DIRECTION)
@@ -274,7 +274,7 @@ def find_first_peak(rom: ReducedModel, frequency: float) -> ResonancePeak:
 
 
 def make_unit_force(rom: ReducedModel) -> HarmonicForce:
-    """A harmonic force of 1 N at the excitation point; the response is linear, so any amplitude would do."""
+    """Make a harmonic force of 1 N at the excitation point."""
     coefficients = np.zeros((2, rom.n_dof), dtype=np.complex128)
     coefficients[1, rom.rows("excitation", THICKNESS_DIRECTION)] = 1.0
     return HarmonicForce(coefficients=coefficients)

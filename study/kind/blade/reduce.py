@@ -41,16 +41,16 @@ from study.modes.shapes import Shapes, make_shapes
 from study.reduce.report import report_reduction
 from study.run_context import Answer, RunContext
 
-#: Frequencies of the drawn response: this many, over the first three modes.
+#: Number of frequencies of the drawn response, and number of modes in their range.
 N_POINT = 2000
 N_DRAWN = 3
-#: What a case calls the nodes that stay physical and are looked at.
+#: Names of places in a case, by retained node set.
 PLACES = {"response": "tip", "excitation": "excitation"}
 
 
 @stage("reduced blade")
 def reduced_blade(model: BladeModel, title: str) -> Reduction:
-    """Reduce a blade and note where it comes from."""
+    """Reduce a blade and store its provenance."""
     provenance = {"title": title, "stickslip": importlib.metadata.version("stickslip"), "model": repr(model)}
     return reduce_blade(model, provenance)
 
@@ -64,7 +64,7 @@ def checked_blade(model: BladeModel, rom: ReducedModel) -> ModeCheck:
 def reduce_blade_case(opened: OpenCase, run: RunContext, checked: bool = False) -> Answer:
     """Reduce the blade of a case and write STEP, mesh, reduced model and response.
 
-    With `checked`, its fixed-interface modes are checked too.
+    With `checked`, the fixed-interface modes are checked too.
     """
     assert run.output is not None
     model, title, stem = model_of_case(opened, run), opened.title, opened.path.stem
@@ -87,7 +87,7 @@ def reduce_blade_case(opened: OpenCase, run: RunContext, checked: bool = False) 
 
 
 def make_blade_structure(opened: OpenCase, run: RunContext) -> Structure:
-    """The reduced blade of a case, with the places that its mesh names and a force of 1 N at the excitation point."""
+    """Make the reduced blade of a case, with the places of its mesh and a force of 1 N at the excitation point."""
     model = model_of_case(opened, run)
     (outcome,) = run_parallel([_make_reduction_task(model, opened.title)], run.store, run.progress, "reduction")
     result: Reduction = outcome.value
@@ -114,7 +114,7 @@ def make_blade_structure(opened: OpenCase, run: RunContext) -> Structure:
 
 
 def model_of_case(opened: OpenCase, run: RunContext) -> BladeModel:
-    """Blade model of a case, checked by meshing it."""
+    """Make the blade model of a case, and check it by meshing."""
     table: BladeStructureTable = opened.case.structure
     mesh = table.mesh
     model = make_blade_model(
@@ -130,9 +130,9 @@ def _make_reduction_task(model: BladeModel, title: str) -> Task:
 
 
 def _compute_tip_response(result: Reduction, title: str) -> ReceptanceCurve:
-    """Receptance of the tip for a force at the excitation point, over the first modes."""
+    """Compute the receptance of the tip for a force at the excitation point, over the first modes."""
     frequency = np.linspace(0.2 * result.rom_frequency[0], 1.15 * result.rom_frequency[N_DRAWN - 1], N_POINT)
-    # The peaks are narrower than the grid: its points are joined by the resonances themselves.
+    # The resonance frequencies are added, because the peaks are narrower than the grid.
     frequency = np.union1d(frequency, result.rom_frequency[:N_DRAWN])
     branch = forced_response(DynamicStiffness.of(result.rom), make_unit_force(result.rom), 2 * pi * frequency)
     response = branch.coefficients[:, 1, result.rom.rows("response", THICKNESS_DIRECTION)[0]]

@@ -1,4 +1,4 @@
-"""The tables that describe a blade: dimensions, material, mesh, clamp, reduction and damping."""
+"""The tables of a blade: dimensions, material, mesh, clamp, reduction and damping."""
 
 from collections.abc import Callable
 from dataclasses import fields, replace
@@ -29,21 +29,21 @@ def _known_element(name: str) -> str:
 
 Table = TypeVar("Table", bound=CaseModel)
 Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
-#: Any registered element: those from outside too.
+#: Name of any registered element, including those of plugins.
 ElementName = Annotated[str, AfterValidator(_known_element)]
 BrickName = Literal["hex8", "hex20"]
 RootName = Literal["full", "relaxed"]
 
 
 def with_dimensions(part: type, *, are_given: bool = False) -> Callable[[type[Table]], type[Table]]:
-    """A decorator of tables that adds the dimensions of a part of `geometry` as quantities.
+    """Make a decorator of tables that adds the dimensions of a part of `geometry` as quantities.
 
     Parameters
     ----------
     part
-        A dataclass of lengths [m], and of angles [rad], whose names end with "angle".
+        Dataclass of lengths [m], and of angles [rad], whose names end with "angle".
     are_given
-        Whether a case must give all of them; what it leaves out is as in `geometry` otherwise.
+        Whether a case must give all dimensions; otherwise the defaults are those of `geometry`.
     """
 
     def widened(table: type[Table]) -> type[Table]:
@@ -63,7 +63,7 @@ class RigBladeTable(CaseModel):
     kind: Literal["rig"]
 
     def blade(self) -> Blade:
-        """Its dimensions, checked as a whole."""
+        """Make the blade, and check its dimensions as a whole."""
         return Blade(**self.model_dump(exclude={"kind"}))
 
 
@@ -74,7 +74,7 @@ class PlainBladeTable(CaseModel):
     kind: Literal["plain"]
 
     def blade(self) -> PlainBlade:
-        """Its dimensions, checked as a whole."""
+        """Make the blade, and check its dimensions as a whole."""
         return PlainBlade(**self.model_dump(exclude={"kind"}))
 
 
@@ -89,12 +89,12 @@ class MaterialTable(CaseModel):
     density: MaterialDensity
 
     def material(self) -> Material:
-        """The material, checked."""
+        """Make the material, and check it."""
         return Material(young=self.young, poisson=self.poisson, density=self.density)
 
 
 class PadTable(CaseModel):
-    """Elements in the pads, as `fe.mesher.blade.PadMesh`."""
+    """Elements in the pads, see `fe.mesher.blade.PadMesh`."""
 
     along_contact: Count = 6
     across_groove: Count = 6
@@ -104,12 +104,12 @@ class PadTable(CaseModel):
     band_height: Length = 0.006
 
     def pads(self) -> PadMesh:
-        """The counts, checked."""
+        """Make the parameters of the pads' mesh, and check them."""
         return PadMesh(**self.model_dump())
 
 
 class MeshSizeTable(CaseModel):
-    """The meshing rule without element and count; `pads` concern the rig's blade alone."""
+    """The meshing rule without element and number of elements; `pads` apply only to the rig's blade."""
 
     length_ratio: Ratio
     length_cap: Length
@@ -136,15 +136,16 @@ class ReductionTable(CaseModel):
 
 
 class InteriorTable(CaseModel):
-    """Craig-Bampton reduction of a body whose boundary alone may say enough."""
+    """Craig-Bampton reduction, with any number of fixed-interface modes, or none."""
 
     modes: Annotated[int, Field(ge=0, le=2000, strict=True)] = 150
 
 
 class DampingTable(CaseModel):
-    """Rayleigh damping, given by its ratio on the first mode: with none there is no peak, with much it is elsewhere.
+    """Rayleigh damping by the damping ratio of the first mode, and structural damping by a loss factor.
 
-    A loss factor adds structural damping, a complex stiffness (1 + i eta) K.
+    The ratio is positive, since the peak would be infinite without damping, and limited, since damping shifts the peak.
+    The loss factor eta gives a complex stiffness (1 + i eta) K.
     """
 
     ratio: Annotated[Ratio, Field(gt=0, le=0.2)] = 0.002
@@ -152,7 +153,7 @@ class DampingTable(CaseModel):
 
 
 class ReducedDampingTable(DampingTable):
-    """The same of a structure that may be without Rayleigh damping: with a loss factor alone it has none."""
+    """Damping as in `DampingTable`; with only a loss factor there is no Rayleigh damping."""
 
     ratio: Annotated[Ratio, Field(gt=0, le=0.2)] | None = None  # type: ignore[assignment]
 
@@ -165,7 +166,7 @@ class ReducedDampingTable(DampingTable):
 
 
 class BladeTables(CaseModel):
-    """Tables of every case of a blade."""
+    """Tables that all cases of a blade have."""
 
     blade: BladeTable
     material: MaterialTable
@@ -175,21 +176,21 @@ class BladeTables(CaseModel):
 
 
 class BladeStructureTable(StructureTable, BladeTables):
-    """``[structure]`` with ``kind = "blade"``: one model of a blade, fully clamped."""
+    """``[structure]`` with ``kind = "blade"``: a model of a blade, fully clamped."""
 
     kind: Literal["blade"]
     mesh: MeshTable
 
 
 def mesh_any(blade: Blade | PlainBlade, rule: MeshRule, pads: PadMesh) -> Mesh:
-    """Mesh of either blade."""
+    """Mesh a blade of the rig or a plain blade."""
     if isinstance(blade, Blade):
         return mesh_blade(blade, rule, pads)
     return mesh_plain_blade(blade, rule)
 
 
 def with_thickness(blade: Blade | PlainBlade, factor: float) -> Blade | PlainBlade:
-    """The blade with another thickness, edges in proportion, and the root block thicker by as much."""
+    """Scale the thickness of a blade and of its edges; the root block becomes thicker by the same length."""
     thickness = blade.thickness * factor
     root_thickness = blade.root_thickness + thickness - blade.thickness
     if isinstance(blade, Blade):

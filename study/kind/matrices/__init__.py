@@ -1,4 +1,4 @@
-"""Mass and stiffness that another program wrote."""
+"""Mass and stiffness matrices of another program."""
 
 from study.case.structure import Structure
 from study.kind.matrices.table import MatricesTable

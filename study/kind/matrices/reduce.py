@@ -1,4 +1,4 @@
-"""``stickslip reduce`` of matrices that another program wrote: to the reduced model that ``stickslip solve`` takes."""
+"""``stickslip reduce`` of matrices of another program to the reduced model for ``stickslip solve``."""
 
 import importlib.metadata
 from collections.abc import Iterator, Mapping
@@ -35,7 +35,7 @@ from study.run_context import Answer, RunContext
 def imported_matrices(
     mass: MatrixSource, stiffness: MatrixSource, damping: MatrixSource | None, dofs: Path | None, units: Units
 ) -> ImportedMatrices:
-    """Read and check the matrices; the files count by their contents."""
+    """Read and check the matrices; the stored result depends on the contents of the files."""
     return read_matrices(mass, stiffness, damping=damping, dofs=dofs, units=units)
 
 
@@ -47,14 +47,14 @@ def reduced_matrices(
     damping_ratio: float | None,
     provenance: Mapping[str, str],
 ) -> ComparedReduction:
-    """Reduce, damp and compare with the full system.
+    """Reduce and damp a system, and compare it with the full system.
 
-    Arguments are those of `compare_reduction`.
+    For the arguments see `compare_reduction`.
 
     Raises
     ------
     MatrixFileError
-        A mass or stiffness whose written digits leave the reduced model indefinite.
+        The reduced model is indefinite, because mass or stiffness is written with too few digits or is wrong.
     """
     try:
         return compare_reduction(system, boundary, n_mode, damping_ratio, provenance)
@@ -72,13 +72,13 @@ def checked_matrices(system: LinearSystem, rom: ReducedModel) -> ModeCheck:
 
 
 def reduce_matrices(opened: OpenCase, run: RunContext) -> tuple[ComparedReduction, ImportedMatrices, ImportedSystem]:
-    """The reduced matrices of a case, what was read, and the rows of the files that the reduction recovers.
+    """Read and reduce the matrices of a case; return reduction, matrices of the files, and system on its supports.
 
     Raises
     ------
     CaseError
-        With every mistake of the case: files that cannot be read, nodes that no row belongs to, a support that leaves
-        the interior loose.
+        If the case has mistakes: files that cannot be read, nodes without rows in the matrices, supports that leave
+        rigid motions of the interior.
     """
     case: Case[MatricesTable] = opened.case
     table, folder = case.structure, opened.folder
@@ -89,7 +89,7 @@ def reduce_matrices(opened: OpenCase, run: RunContext) -> tuple[ComparedReductio
     given = {name: source.file for name, source in sources.items()} | ({} if dofs is None else {"dofs": dofs})
     for name, file in given.items():
         with mistakes.at("structure", "files"), at_file(case, {name: file}):
-            require_file(file)  # before the store looks at its contents
+            require_file(file)  # before the store reads the contents
     mistakes.raise_if_any()
     with at_file(case, given):
         read = run.step("reading the matrices").run(
@@ -127,7 +127,7 @@ def reduce_matrices(opened: OpenCase, run: RunContext) -> tuple[ComparedReductio
 
 
 def make_matrices_structure(opened: OpenCase, run: RunContext) -> Structure:
-    """The reduced matrices of a case; their supports may be a shaken base."""
+    """Make the structure of the reduced matrices of a case; its supports may be a moving base."""
     result, read, free = reduce_matrices(opened, run)
 
     def base(axis: str) -> BaseMotion:
@@ -142,7 +142,7 @@ def make_matrices_structure(opened: OpenCase, run: RunContext) -> Structure:
     structure = make_reduced_structure(
         result.rom, base=base, loss_factor=0.0 if damping is None else damping.loss_factor
     )
-    # The case speaks of nodes by the numbers of the files; rotations stand on nodes of their own after the others.
+    # A case names nodes by their numbers in the files; the reduced model has rotations at extra nodes after the others.
     label = np.unique(read.dofs.node)
     dofs = [
         item if item.direction == "modal" else replace(item, node=int(label[item.node % len(label)]))
@@ -152,12 +152,12 @@ def make_matrices_structure(opened: OpenCase, run: RunContext) -> Structure:
 
 
 def reduce_matrices_case(opened: OpenCase, run: RunContext, checked: bool = False) -> Answer:
-    """Write the reduced model and the table of its full rows; with `checked`, its fixed-interface modes are checked.
+    """Write the reduced model and the table of its full rows; with `checked`, check the fixed-interface modes.
 
     Raises
     ------
     CaseError
-        As `reduce_matrices`.
+        See `reduce_matrices`.
     """
     assert run.output is not None
     result, read, free = reduce_matrices(opened, run)
@@ -172,7 +172,7 @@ def reduce_matrices_case(opened: OpenCase, run: RunContext, checked: bool = Fals
 
 
 def _find_rows(case: Case[MatricesTable], read: ImportedMatrices) -> tuple[Rows, dict[str, Rows]]:
-    """Rows of the files that supports fix, and that the reduction retains by name."""
+    """Find the rows that supports fix, and the rows that the reduction retains, by name."""
     mistakes = Mistakes(case)
     supported = [np.zeros(0, dtype=np.int64)]
     for number, support in enumerate(case.structure.support):
@@ -202,7 +202,7 @@ def _find_rows(case: Case[MatricesTable], read: ImportedMatrices) -> tuple[Rows,
 
 
 def _format_full_rows(read: ImportedMatrices, free: ImportedSystem) -> str:
-    """Node and direction of each row of the reduced model's recovery, as CSV."""
+    """Format node and direction of each row of the reduced model's recovery as CSV."""
     rows = np.flatnonzero(free.row >= 0)
     rows = rows[np.argsort(free.row[rows])]
     lines = [
@@ -213,19 +213,19 @@ def _format_full_rows(read: ImportedMatrices, free: ImportedSystem) -> str:
 
 @contextmanager
 def at_file(case: Case[MatricesTable], files: Mapping[str, Path]) -> Iterator[None]:
-    """Give what a reader refuses the key of the file that it speaks of first.
+    """Locate an error of a reader at the key of the first file that its message names.
 
     Parameters
     ----------
     case
-        The case.
+        Case with the files.
     files
         Files by their keys in `[structure.files]`.
 
     Raises
     ------
     CaseError
-        In place of a `MatrixFileError` raised within.
+        In place of a `MatrixFileError` raised within the context.
     """
     try:
         yield
@@ -236,14 +236,14 @@ def at_file(case: Case[MatricesTable], files: Mapping[str, Path]) -> Iterator[No
         if not result:
             with located(case, "structure", "files"):
                 raise
-        # One file may hold several matrices: the one that is named then.
+        # If one file has several matrices, the key is that of the matrix in the message.
         first = min(result, key=lambda key: (spoken[key], f"the {key}" not in message))
         with at_key(case, "structure", "files", first):
             raise MatrixFileError(without_name(message, first, files[first])) from error
 
 
 def without_name(message: str, key: str, file: Path) -> str:
-    """A message without the name of the file that it is about."""
+    """Remove the name of the file from a message about it."""
     message = message.removeprefix(f"the {key}: ")
     missing = f'there is no file "{file}": check its name and folder'
     if message.startswith(missing):

@@ -30,7 +30,7 @@ Directions = Annotated[
 
 
 class FilesTable(CaseModel):
-    """The matrices, relative to the case file, and which degree of freedom each row is."""
+    """Files of the matrices, relative to the case file, and of the degree of freedom of each row."""
 
     mass: FileName
     stiffness: FileName
@@ -42,31 +42,31 @@ class FilesTable(CaseModel):
     units: Literal["m, kg, s", "mm, tonne, s"] = "m, kg, s"
 
     def matrix(self, name: str, folder: Path) -> MatrixSource:
-        """Where "mass", "stiffness" or "damping" stands; a folder is that of the case file."""
+        """Return file and name of the matrix "mass", "stiffness" or "damping"; `folder` is that of the case file."""
         return MatrixSource(file=folder / getattr(self, name), name=getattr(self, f"{name}_name"))
 
 
 class SupportTable(CaseModel):
-    """Nodes that are fixed; directions that a node does not have are passed over."""
+    """Fixed nodes; directions that a node does not have are ignored."""
 
     nodes: Nodes
     directions: Directions = DIRECTIONS  # type: ignore[assignment]
 
     @property
     def numbers(self) -> list[int]:
-        """Directions by number."""
+        """Indices of the directions."""
         return [DIRECTIONS.index(item) for item in self.directions]
 
 
 class BoundaryTable(SupportTable):
-    """Nodes that the reduced model retains, under a name; rotations are retained as "NAME rotation"."""
+    """Named nodes that the reduced model retains; their rotations are retained as "NAME rotation"."""
 
     name: Name
     directions: Directions = DIRECTIONS[:N_TRANSLATION]  # type: ignore[assignment]
 
 
 class MatricesTable(StructureTable):
-    """Matrices of another program and what is retained of them."""
+    """Matrices of another program, their supports, and their reduction."""
 
     kind: Literal["matrices"]
     files: FilesTable

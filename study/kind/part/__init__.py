@@ -1,4 +1,4 @@
-"""A part of the user's own, from a STEP or a mesh file."""
+"""The user's part, from a STEP file or a mesh file."""
 
 from study.case.structure import Structure
 from study.kind.part.table import PartTable

@@ -1,4 +1,4 @@
-"""The material of a part: that of the case, or that which its mesh file carries."""
+"""The material of a part: from the case, or from its mesh file."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ REMEDY = "add [structure.material], with young, poisson and density"
 
 
 def find_part_material(case: Case[PartTable], folder: Path, run: RunContext) -> Material:
-    """The material of a case, beside that of its mesh file.
+    """Find the material of a part in its case or its mesh file; warn if the two differ.
 
     Parameters
     ----------
@@ -24,18 +24,18 @@ def find_part_material(case: Case[PartTable], folder: Path, run: RunContext) -> 
     folder
         Folder of the mesh file.
     run
-        Tells which material is used, and where the two differ.
+        Run that prints the used material and the warning.
 
     Raises
     ------
     CaseError
-        Values that make no material, or no material in either.
+        Invalid values of the material, or no material in either.
     """
     table = case.structure
     carried = CarriedMaterial()
     if table.length_unit is not None:
         with at_key(case, "structure", "file"):
-            require_mesh_file(folder / table.file)  # else it would be one without a material
+            require_mesh_file(folder / table.file)  # otherwise a missing file would be reported as one without material
             carried = read_file_material(folder / table.file, table.length_unit)
     if table.material is None:
         assert table.length_unit is not None

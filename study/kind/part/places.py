@@ -1,4 +1,4 @@
-"""Where the supports, points, lines and sets of a part's case are on its mesh."""
+"""Places on the mesh of a part: the supports, points, lines and sets of its case."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,30 +21,30 @@ from geometry.interface import ContactLine
 from study.case.tables import Case
 from study.kind.part.table import TRANSLATIONS, PartTable, StationLineTable
 
-#: The face set on which points lie that name none.
+#: Face set for points that name no face.
 SURFACE = "the surface"
-#: The node set of all that is fixed, while stations look for nodes that can give up their place.
+#: Node set of all fixed nodes, while stations are assigned to nodes that they can replace.
 FIXED = "what is fixed"
-#: What the tables of a case that name a boundary are called.
+#: Tables of a case that name a boundary.
 NAMING = ("point", "line", "boundary")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Places:
-    """A part's mesh with what its case names.
+    """The mesh of a part with the places that its case names.
 
     Parameters
     ----------
     mesh
-        With a node set for each name that stays physical: nodes, or the pivots of stations.
+        Mesh with a node set for each retained name: nodes, or the nodes that stations replace.
     to_nodes
-        Nodal displacements from coordinates; None where all that is retained are nodes.
+        Matrix from coordinates to nodal displacements; None if only nodes are retained.
     supports
         Fixed nodes and directions.
     boundary
         Retained nodes and directions, by name.
     lines
-        Stations with their frames, by name; of a point, its one station has no tangents (zeros) and no length.
+        Stations with their frames, by name; a point has one station, with zero tangents and zero length.
     """
 
     mesh: Mesh
@@ -55,21 +55,21 @@ class Places:
 
 
 def check_names(case: Case[PartTable], known: frozenset[str], what: str) -> None:
-    """Refuse names that mean nothing, and boundary names that are there twice, before anything is computed.
+    """Refuse unknown names and duplicate names of boundaries, before any computation.
 
     Parameters
     ----------
     case
-        The case.
+        Case of a part.
     known
-        Sets that there are.
+        Names of existing sets.
     what
         Owner of these sets as a clause, such as "the case names".
 
     Raises
     ------
     CaseError
-        With all of them.
+        If there are such names; the error lists all of them.
     """
     mistakes = Mistakes(case)
 
@@ -104,13 +104,13 @@ def check_names(case: Case[PartTable], known: frozenset[str], what: str) -> None
 
 
 def places(case: Case[PartTable], mesh: Mesh) -> Places:
-    """Find everything on the mesh.
+    """Find all places of a case on the mesh.
 
     Raises
     ------
     CaseError
-        With every mistake: points beside the part, lines that are none, sets of one name that say different things, and
-        stations too close for the mesh.
+        If the case has mistakes; the error lists all of them: points off the part, invalid lines, different sets of the
+        same name, and stations too close for the mesh.
     """
     mistakes = Mistakes(case)
     mesh = replace(mesh, face_sets={**mesh.face_sets, SURFACE: find_outer_faces(mesh)})
@@ -137,7 +137,7 @@ def places(case: Case[PartTable], mesh: Mesh) -> Places:
                     _make_single_station(mesh, table.name, faces[table.name], end)
         if len(mistakes.problems) > wrong:
             continue
-        # What is wrong with all of a straight line shows at its end.
+        # A mistake of a whole straight line is reported at its key "to".
         with mistakes.at(), at_key(case, "structure", "line", number, "to" if table.edge is None else "edge"):
             lines[table.name] = _make_line(mesh, table)
     mistakes.raise_if_any()
@@ -187,7 +187,7 @@ def _number_directions(directions: tuple[str, ...]) -> tuple[int, ...]:
 
 
 def _find_nodes(mesh: Mesh, name: str) -> NDArray[np.int64]:
-    """Nodes of a set: those of a node set in its order."""
+    """Find the nodes of a face set or a node set; those of a node set in its order."""
     if name not in mesh.node_sets:
         return mesh.nodes(name)
     if name in mesh.face_sets:
@@ -200,12 +200,12 @@ def _find_nodes(mesh: Mesh, name: str) -> NDArray[np.int64]:
 
 
 def _make_single_station(mesh: Mesh, name: str, on: str, place: tuple[float, float, float]) -> ContactLine:
-    """One station; one beside the face is reported as its user gave it, to whom a point is no station."""
+    """Make a contact line of one station for a point; the error of a point off the face does not mention stations."""
     at = np.array([place])
     try:
         normal = find_station_normals(mesh, name, find_named_faces(mesh, name, on), at)
     except PointOffSurface as error:
-        # To a nanometre, whose rounding no tolerance sees.
+        # Rounded to a nanometre, far below any tolerance.
         x, y, z = (f"{round(1e3 * item, 6) + 0.0:.12g} mm" for item in error.nearest)
         raise MeshError(
             f'it lies {error.distance * 1e3:.4g} mm off the face; the nearest point of the face is ["{x}", "{y}", '

@@ -1,4 +1,4 @@
-"""``stickslip reduce`` of a user's own part, from a STEP or a mesh file: to what ``stickslip solve`` takes."""
+"""``stickslip reduce`` of a user's part, from a STEP or a mesh file, to the reduced model for ``stickslip solve``."""
 
 import importlib.metadata
 from collections.abc import Iterator, Mapping
@@ -56,15 +56,15 @@ from study.modes.files import picture_modes, write_contents
 from study.reduce.report import report_reduction
 from study.run_context import Answer, RunContext
 
-#: Until a run knows better: seconds of fTetWild for each cell, with about so many cells in the cube of their size; of
-#: assembly and of reduction for each degree of freedom [s].
+#: Estimated durations until a run has measured them: meshing by fTetWild per cell [s] and cells per cube of the cell
+#: size [-]; assembly and reduction per degree of freedom [s].
 CELL_SECONDS, CELLS_PER_CUBE = 4e-3, 16.0
 ASSEMBLY_SECONDS, REDUCTION_SECONDS = 3e-5, 2e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeshedPart:
-    """A mesh, and of a STEP file what was repaired in it and which of its faces were named."""
+    """The mesh of a part; for a STEP file with notes of repairs and with the named faces."""
 
     mesh: Mesh
     notes: tuple[str, ...] = ()
@@ -78,13 +78,13 @@ class PartModel:
     Parameters
     ----------
     meshed
-        Mesh of the part, as it was made or read.
+        Mesh of the part.
     places
         Supports, points, lines and sets of the case on the mesh.
     matrices
         Mass and stiffness of all nodes.
     reduced
-        The reduced model and its first modes.
+        Reduced model and its first modes.
     """
 
     meshed: MeshedPart
@@ -99,8 +99,8 @@ def reduce_part(opened: OpenCase, run: RunContext) -> PartModel:
     Raises
     ------
     CaseError
-        With the mistakes of the case: a file that cannot be used, faces that are not there, a mesh that does not
-        follow its solid, places beside the part, supports that leave it loose, more than the machine's memory.
+        If the case has mistakes: a file that cannot be used, missing faces, a mesh that differs from its solid, places
+        off the part, supports that leave rigid motions, or a model that exceeds the machine's memory.
     """
     case: Case[PartTable] = opened.case
     material = find_part_material(case, opened.folder, run)
@@ -111,7 +111,7 @@ def reduce_part(opened: OpenCase, run: RunContext) -> PartModel:
 
 
 def make_part_structure(opened: OpenCase, run: RunContext) -> Structure:
-    """The reduced part of a case; normals and tangents of its contact lines are stored rows."""
+    """Make the structure of a reduced part; normals and tangents of its contact lines are stored rows."""
     model = reduce_part(opened, run)
     rom, lines = model.reduced.compared.rom, model.places.lines
     stored = {}
@@ -143,7 +143,7 @@ def make_part_structure(opened: OpenCase, run: RunContext) -> Structure:
 def make_rows_along(
     rom: ReducedModel, name: str, directions: Float[NDArray[np.float64], "station 3"]
 ) -> Float[NDArray[np.float64], "station r"]:
-    """Rows of the displacement of each station of a boundary set along a direction of its own."""
+    """Make the row of the displacement of each station of a boundary set along the direction of that station."""
     result = np.zeros((len(directions), rom.n_dof))
     for axis in range(3):
         result[np.arange(len(directions)), rom.rows(name, axis)] = directions[:, axis]
@@ -151,12 +151,14 @@ def make_rows_along(
 
 
 def reduce_part_case(opened: OpenCase, run: RunContext, checked: bool = False) -> Answer:
-    """Write mesh, reduced model, tables and pictures; with `checked`, its fixed-interface modes are checked too.
+    """Reduce the part of a case, and write mesh, reduced model, tables and pictures.
+
+    With `checked`, the fixed-interface modes are checked too.
 
     Raises
     ------
     CaseError
-        As `reduce_part`.
+        See `reduce_part`.
     """
     assert run.output is not None
     case, stem = opened.case, opened.path.stem
@@ -193,7 +195,7 @@ def reduce_part_case(opened: OpenCase, run: RunContext, checked: bool = False) -
 
 
 def _step(case: Case[PartTable], folder: Path, run: RunContext) -> MeshedPart:
-    """The tetrahedra of a STEP file."""
+    """Mesh a STEP file with tetrahedra."""
     table = case.structure
     assert table.mesh is not None
     file = folder / table.file
@@ -216,7 +218,7 @@ def _step(case: Case[PartTable], folder: Path, run: RunContext) -> MeshedPart:
         run.note(f"{file}: {note}")
     with _at_selector(case):
         faces = run.store.run(named_faces, file, selectors)
-    for line in format_face_lines(faces):  # before the mesher takes its minutes
+    for line in format_face_lines(faces):  # printed before the mesher, which takes minutes
         run.note(line)
     n_boundary = 3 * (len(table.point) + sum(line.stations for line in table.line))
     with at_key(case, "structure", "mesh", "size"):
@@ -237,7 +239,7 @@ def _step(case: Case[PartTable], folder: Path, run: RunContext) -> MeshedPart:
 
 @contextmanager
 def _at_selector(case: Case[PartTable]) -> Iterator[None]:
-    """Tell a selector that does not do where it stands; several tables may be of one name."""
+    """Locate the error of a face selector at its table; several tables may have the same name."""
     try:
         yield
     except SelectorError as error:
@@ -247,7 +249,7 @@ def _at_selector(case: Case[PartTable]) -> Iterator[None]:
 
 
 def _read_file(case: Case[PartTable], folder: Path) -> MeshedPart:
-    """The mesh of a file."""
+    """Read and check the mesh of a mesh file."""
     table = case.structure
     assert table.length_unit is not None
     with at_key(case, "structure", "file"):
@@ -294,7 +296,7 @@ def _reduce(
 
 
 def _draw_pictures(opened: OpenCase, model: PartModel, run: RunContext) -> list[Path]:
-    """Write the pictures; a machine that cannot draw has all the rest."""
+    """Write the pictures; on a machine that cannot draw, only warn."""
     table, stem, mesh, result = opened.case.structure, opened.path.stem, model.meshed.mesh, model.places
     used = [name for support in table.support for name in support.on]
     used += [name for entry in (*table.line, *table.point, *table.boundary) for name in _list_faces(entry)]

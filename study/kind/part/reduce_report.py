@@ -1,4 +1,4 @@
-"""Tables of a reduced part: named faces of its solid, and as CSV frequencies, and stations with their frames."""
+"""Tables of a reduced part: named faces of its solid; frequencies and stations with their frames as CSV."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,7 +12,7 @@ from study.reduce.comparison import ComparedReduction
 
 
 def format_face_lines(faces: Mapping[str, NamedFaces]) -> list[str]:
-    """A line for each name, so that faces which a loose selector took together are seen; none without names."""
+    """Format a line for each named face, with the number of CAD faces that its selector found; empty without names."""
     if not faces:
         return []
     width = max(4, *map(len, faces))
@@ -27,12 +27,12 @@ def format_face_lines(faces: Mapping[str, NamedFaces]) -> list[str]:
 
 
 def document_faces(faces: Mapping[str, NamedFaces]) -> dict[str, dict[str, Any]]:
-    """The same for programs."""
+    """Make the JSON document of the named faces."""
     return {
         name: {
             "n_face": item.n_face,
             "area_mm2": item.area * MILLIMETRES_PER_METRE**2,
-            # Of a symmetric face the middle is round-off, whose sign would be written.
+            # Rounded, because the mean position of a symmetric face may be round-off with a sign.
             "centre_mm": (np.round(item.centre * MILLIMETRES_PER_METRE, 9) + 0.0).tolist(),
         }
         for name, item in faces.items()
@@ -40,7 +40,7 @@ def document_faces(faces: Mapping[str, NamedFaces]) -> dict[str, dict[str, Any]]
 
 
 def format_frequency_table(result: ComparedReduction) -> str:
-    """Full and reduced frequencies [Hz], and the estimated truncation error [-]."""
+    """Format full and reduced frequencies [Hz] and the estimated truncation error [-] as CSV."""
     lines = [
         f"{number},{full:.9g},{rom:.9g},{error:.3g}"
         for number, (full, rom, error) in enumerate(
@@ -51,7 +51,7 @@ def format_frequency_table(result: ComparedReduction) -> str:
 
 
 def format_station_table(lines: Mapping[str, ContactLine]) -> str:
-    """Place, normal out of the body, tangents along and across, and tributary length of each station [m, -]."""
+    """Format the stations as CSV: coordinates, outward normal, tangents along and across, tributary length [m, -]."""
     axes = "xyz"
     head = ["name", "station", *axes]
     head += [f"{vector}_{axis}" for vector in ("normal", "along", "across") for axis in axes]
@@ -59,6 +59,6 @@ def format_station_table(lines: Mapping[str, ContactLine]) -> str:
     for name, line in lines.items():
         for k in range(line.n_station):
             values = [*line.stations[k], *line.normal[k], *line.tangents[k].ravel(), line.tributary_length[k]]
-            # Adding nothing makes a negative zero a plain one.
+            # Adding 0.0 makes a negative zero positive.
             rows.append(",".join([f'"{name}"', str(k), *(f"{value + 0.0:.12g}" for value in values)]))
     return "\n".join([*rows, ""])

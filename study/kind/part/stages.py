@@ -1,4 +1,4 @@
-"""The stages of a user's own part: its solid, tetrahedra and matrices, their reduction, and pictures of its mesh."""
+"""The stages of a user's part: its solid, tetrahedra and matrices, their reduction, and pictures of its mesh."""
 
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -34,11 +34,11 @@ from study.modes.files import contents
 from study.modes.shapes import Shapes, add_stress
 from study.reduce.comparison import ComparedReduction, compare_reduction
 
-#: Modes that are drawn.
+#: Number of modes that are drawn.
 N_DRAWN = 6
 
 Nodes = Int[NDArray[np.int64], " k"]
-#: From the body towards the eye, in each picture.
+#: Direction from the body to the viewer, by picture.
 VIEWS = {"faces.png": (0.80, -0.62, 0.36), "faces_behind.png": (-0.80, 0.62, -0.36)}
 
 
@@ -49,7 +49,7 @@ class SolidSummary:
     Parameters
     ----------
     volume, longest
-        Volume of the solid, and longest side of the box around it [m^3, m].
+        Volume of the solid, and longest side of its bounding box [m^3, m].
     healing
         Repairs, one clause each.
     """
@@ -61,14 +61,14 @@ class SolidSummary:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NamedFaces:
-    """Which faces of a solid go by one name.
+    """The faces of a solid with one name.
 
     Parameters
     ----------
     n_face
         Number of faces [-].
     area
-        Area of all of them [m^2].
+        Total area [m^2].
     centre
         Mean position, weighted by area, shape (3,) [m].
     """
@@ -85,9 +85,9 @@ class PartReduction:
     Parameters
     ----------
     compared
-        The reduced model beside the full one.
+        Reduced model, compared with the full model.
     shapes
-        The first modes of the reduced model, on the nodes of the mesh.
+        First modes of the reduced model, on the nodes of the mesh.
     """
 
     compared: ComparedReduction
@@ -109,7 +109,7 @@ def solid_summary(file: Path) -> SolidSummary:
 
 @stage("named faces of a STEP file")
 def named_faces(file: Path, faces: Mapping[str, Sequence[FaceSelector]]) -> dict[str, NamedFaces]:
-    """Faces found for each name."""
+    """Find the faces of each name."""
     require_system_libraries("cad")
     return {
         name: NamedFaces(n_face=len(region.faces), area=region.area, centre=region.centre)
@@ -119,14 +119,14 @@ def named_faces(file: Path, faces: Mapping[str, Sequence[FaceSelector]]) -> dict
 
 @stage("tetrahedra of a STEP file")
 def step_mesh(file: Path, faces: Mapping[str, Sequence[FaceSelector]], rule: TetRule) -> Mesh:
-    """Mesh the solid; no two runs give the same mesh, so that the stored one is used from then on."""
+    """Mesh the solid; runs of the mesher differ, so that later runs use the stored mesh."""
     require_system_libraries("cad")
     return mesh_solid(step_part(file, faces), rule)
 
 
 @stage("matrices of a part")
 def part_matrices(mesh: Mesh, material: Material) -> tuple[NodeMatrix, UpperBlocks]:
-    """Mass and stiffness of all nodes [kg, N/m]."""
+    """Assemble mass and stiffness of all nodes [kg, N/m]."""
     return assemble_compact(mesh, material)
 
 
@@ -147,24 +147,24 @@ def reduced_part(
     Parameters
     ----------
     mesh, material
-        The part.
+        Mesh and material of the part.
     matrices
         Mass and stiffness of all nodal displacements [kg, N/m].
     to_nodes
-        Nodal displacements from coordinates, see `StationCoordinates`; None if nodes alone are retained.
+        Matrix from coordinates to nodal displacements, see `StationCoordinates`; None if only nodes are retained.
     supports
         Fixed nodes and directions; nothing is fixed if empty.
     boundary
         Retained nodes and directions, by name.
     n_mode, damping_ratio, provenance
-        As in `compare_reduction`.
+        See `compare_reduction`.
 
     Raises
     ------
     SupportError
-        Supports that leave a rigid motion, or boundary nodes that are all held.
+        Supports that leave a rigid motion, or a boundary whose nodes are all fixed.
     RomError
-        As `compare_reduction`.
+        See `compare_reduction`.
     """
     place = None if to_nodes is None else StationCoordinates(mesh=mesh, to_nodes=to_nodes)
     system = _make_supported_system(mesh, matrices, place, supports)
@@ -188,7 +188,7 @@ def checked_part(
     supports: Sequence[Support],
     rom: ReducedModel,
 ) -> ModeCheck:
-    """Check the fixed-interface modes of what `reduced_part` made of the same mesh, matrices and supports."""
+    """Check the fixed-interface modes of a model that `reduced_part` made of the same mesh, matrices and supports."""
     place = None if to_nodes is None else StationCoordinates(mesh=mesh, to_nodes=to_nodes)
     system = _make_supported_system(mesh, matrices, place, supports)
     if place is not None:
@@ -204,7 +204,7 @@ def _make_supported_system(
 ) -> LinearSystem:
     mass, stiffness = matrices if place is None else (place.matrix(item) for item in matrices)
     if supports:
-        # What they leave free the boundary may hold; if it does not, the reduction says so.
+        # The boundary may fix rigid motions that the supports leave free; otherwise the reduction raises an error.
         return supported_system(mesh, mass, stiffness, list(supports), may_move=True)
     return make_unsupported_system(mesh, mass, stiffness)
 
@@ -224,7 +224,7 @@ def face_pictures(
     title: str,
     nodes: Mapping[str, Float[NDArray[np.float64], "_ 3"]],
 ) -> dict[str, NDArray[np.uint8]]:
-    """Draw "faces.png" and "faces_behind.png"; bytes of each file by name."""
+    """Draw "faces.png" and "faces_behind.png", and return the bytes of each file by name."""
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
         for file, towards_eye in VIEWS.items():
             eye = np.array(towards_eye)

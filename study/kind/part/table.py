@@ -1,6 +1,6 @@
-"""``[structure]`` with ``kind = "part"``: a user's own part from a CAD file or a mesh file.
+"""``[structure]`` with ``kind = "part"``: a user's part from a CAD file or a mesh file.
 
-It says what holds the part, which points, lines and sets stay physical, and how far it is reduced.
+The table defines the supports of the part, the points, lines and sets that are retained, and the reduction.
 """
 
 from pathlib import Path
@@ -21,7 +21,7 @@ from study.kind.blade.table import InteriorTable, MaterialTable, ReducedDampingT
 FileName = Annotated[str, Field(min_length=1, examples=["part.step"])]
 Place = Annotated[tuple[Length, Length, Length], Field(examples=[["10 mm", "0 mm", "5 mm"]])]
 TRANSLATIONS = DIRECTIONS[:N_TRANSLATION]
-#: Files of CAD; all others are meshes.
+#: Suffixes of CAD files; all other files are meshes.
 STEP_SUFFIXES = (".step", ".stp")
 
 
@@ -42,7 +42,7 @@ Stations = Annotated[int, Field(ge=2, le=1000, strict=True)]
 
 
 class FaceTable(CaseModel):
-    """A name for faces of a STEP file: those that fit all that is given; tables of one name are taken together."""
+    """A name for the faces of a STEP file that fit all given keys; tables of the same name are combined."""
 
     name: Name
     step_name: Name | None = None
@@ -52,7 +52,7 @@ class FaceTable(CaseModel):
     area: Annotated[tuple[Area, Area] | None, Field(examples=[["70 mm^2", "71 mm^2"]])] = None
 
     def selector(self) -> FaceSelector:
-        """Selector of the face: the name itself, if nothing else is given."""
+        """Make the selector of the faces: by `name`, if no other key is given."""
         given = {"colour": self.colour, "at": self.at, "normal": self.normal, "area": self.area}
         by_name = self.step_name
         if by_name is None and not any(value is not None for value in given.values()):
@@ -61,19 +61,19 @@ class FaceTable(CaseModel):
 
 
 class PartSupportTable(CaseModel):
-    """Faces, or sets of a mesh file, that are fixed."""
+    """Fixed faces, or fixed sets of a mesh file."""
 
     on: Names
     directions: Directions = ("x", "y", "z")
 
     @property
     def numbers(self) -> tuple[int, ...]:
-        """Directions by number."""
+        """Indices of the directions."""
         return tuple(TRANSLATIONS.index(item) for item in self.directions)
 
 
 class PointTable(CaseModel):
-    """A point of the surface that stays physical, wherever the nodes are."""
+    """A retained point of the surface, independent of the positions of nodes."""
 
     name: Name
     at: Place
@@ -106,7 +106,7 @@ class StationLineTable(CaseModel):
 
 
 class WholeSetTable(CaseModel):
-    """All nodes of a face, or of a set of a mesh file, that stay physical."""
+    """A retained face, or set of a mesh file, with all its nodes."""
 
     name: Name
     on: Name
@@ -122,7 +122,7 @@ class TetMeshTable(CaseModel):
 
 
 class PartTable(StructureTable):
-    """A part: a STEP file with the size of its elements, or a mesh file with the unit of its lengths."""
+    """A part: a STEP file with the size of elements, or a mesh file with the unit of length."""
 
     kind: Literal["part"]
     file: FileName
@@ -139,7 +139,7 @@ class PartTable(StructureTable):
 
     @property
     def is_step(self) -> bool:
-        """Whether the file is one of CAD."""
+        """Whether the file is a CAD file."""
         return Path(self.file).suffix.lower() in STEP_SUFFIXES
 
     @model_validator(mode="after")

@@ -1,4 +1,4 @@
-"""A structure of plain matrices: a file of NumPy or MATLAB, or a reduced model that was stored."""
+"""A structure of plain matrices: a NumPy or MATLAB file, or a stored reduced model."""
 
 from study.case.structure import Structure
 from study.kind.plain.table import PlainTable

@@ -1,4 +1,4 @@
-"""Plain structure from its file: matrices, named parts, degrees of freedom and rows; and its damping."""
+"""A plain structure from its file: matrices, named parts, degrees of freedom, rows and damping."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -25,27 +25,27 @@ from study.kind.plain.table import DofTable, PlainTable, RayleighTable
 
 Matrix = Float[NDArray[np.float64], "r r"]
 
-#: Arrays that describe the degrees of freedom, one entry each.
+#: Arrays that describe the degrees of freedom, with one entry per degree of freedom.
 DOF_ARRAYS = ("dof_body", "dof_node", "dof_direction", "dof_coordinates")
-#: Relative difference between a matrix and the sum of its parts that counts as round-off.
+#: Largest relative difference between a matrix and the sum of its parts that counts as round-off [-].
 ROUND_OFF = 1e-9
 
 
 def read_plain_structure(case: Case[PlainTable], folder: Path) -> Structure:
-    """The structure of a case.
+    """Read the structure of a case.
 
     Parameters
     ----------
     case
-        Case, as it was read.
+        Case of plain matrices.
     folder
-        Folder of the file: ``.npz``, ``.mat`` or ``.h5``; an ``.npz`` file may hold parts, degrees of
-        freedom and rows as well.
+        Folder of the file: ``.npz``, ``.mat`` or ``.h5``; an ``.npz`` file may also have parts, degrees of freedom and
+        rows.
 
     Raises
     ------
     CaseError
-        The file cannot be used, its parts do not add up, or tables and arrays are of another length than the matrices.
+        The file cannot be used, its parts do not add up, or tables and arrays differ in length from the matrices.
     """
     table, mistakes, result = case.structure, Mistakes(case), None
     with mistakes.at("structure"):
@@ -73,7 +73,7 @@ def _read(file: Path, tables: Sequence[DofTable]) -> Structure:
         parts = _make_parts(matrices, arrays)
         dofs = _make_dofs_of_arrays(arrays, matrices.n_dof) or _make_dofs_of_rom(matrices)
     except InputError as error:
-        # Names the key, so that the line of the message is that of the file's name.
+        # The message names the key "file", so that it gets the line of this key.
         raise MatrixError(f"the file cannot be used: {error}") from error
     r = matrices.n_dof
     if tables and len(tables) != r:
@@ -102,7 +102,7 @@ def _is_matrix(name: str) -> bool:
 
 
 def _make_parts(matrices: StructureMatrices, arrays: Mapping[str, NDArray[np.generic]]) -> tuple[StructurePart, ...]:
-    """Named shares, of which either matrix may be left out as zero."""
+    """Make the named parts; a missing mass or stiffness of a part is zero."""
     names = list(
         dict.fromkeys(named[1] for name in arrays if (named := re.fullmatch(r"part_(.+)_(mass|stiffness)", name)))
     )
@@ -168,16 +168,16 @@ def make_rayleigh_damping(table: RayleighTable, matrices: StructureMatrices, joi
     Parameters
     ----------
     table
-        The factors, or the ratio on the first mode with all contacts stuck.
+        Factors, or the damping ratio of the first mode with all contacts stuck.
     matrices
         Matrices of the structure.
     joints
-        All joints on it.
+        All joints of the structure.
 
     Raises
     ------
     JointError
-        The file holds damping of its own, and the table does not say that it takes its place.
+        The file has a damping matrix, and the table does not replace it.
     """
     if matrices.has_damping and not table.replace:
         says = "" if table.ratio is None else f"ratio = {table.ratio:g}: "

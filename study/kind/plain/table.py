@@ -22,7 +22,7 @@ class DofTable(CaseModel):
 
 
 class RayleighTable(CaseModel):
-    """Damping ``mass_factor`` M + ``stiffness_factor`` K, or by its ``ratio`` on the first stuck mode.
+    """Damping ``mass_factor`` M + ``stiffness_factor`` K, or by the ``ratio`` of the first stuck mode.
 
     ``loss_factor`` adds structural damping, a complex stiffness (1 + i eta) K.
     """
@@ -49,7 +49,7 @@ class RayleighTable(CaseModel):
 
 
 class PlainTable(StructureTable):
-    """The file with the matrices, relative to the case file, and what it does not say itself."""
+    """File of the matrices, relative to the case file, with degrees of freedom and damping that it does not contain."""
 
     kind: Literal["plain"]
     file: Annotated[str, Field(min_length=1, examples=["structure.npz"])]

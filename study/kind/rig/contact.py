@@ -1,4 +1,4 @@
-"""Contacts and dead weights of a rig's case, in the form of the numerical packages."""
+"""Contacts and dead weights of a rig's case, as input of the numerical packages."""
 
 from dataclasses import dataclass
 from math import degrees, tan
@@ -19,9 +19,9 @@ from study.kind.rig.table import WIDEST_GAP, PairTable, RigTable, SideWeightTabl
 class WirePull:
     """The pull of a wire on a damper.
 
-    Its force [N], the shift of its place along the damper's axis, positive away from the blade [m], and the inclination
-    of its direction to +z in the plane of y and z, positive towards +y [rad]. It is spread over a width of the cylinder
-    about its place [m]; None for all of the cylinder.
+    Its force [N], its shift along the damper's axis, positive away from the blade [m], and its inclination to +z in the
+    plane of y and z, positive towards +y [rad]. The force is distributed over a width of the cylinder [m]; None for the
+    whole cylinder.
     """
 
     force: float
@@ -31,7 +31,7 @@ class WirePull:
 
 
 def make_line_pairs(case: Case[RigTable], rig: Rig) -> list[LinePair]:
-    """The four pairs of lines with their stiffness, friction and gaps, for `reduction.joined_bodies.join_bodies`."""
+    """Make the four pairs of lines with stiffness, friction and gaps, for `reduction.joined_bodies.join_bodies`."""
     result, common = [], case.structure.contact
     for name, pair in mating_pairs(rig).items():
         own: PairTable = getattr(common, name)
@@ -58,12 +58,12 @@ def make_line_pairs(case: Case[RigTable], rig: Rig) -> list[LinePair]:
 
 
 def list_dead_weights(case: Case[RigTable]) -> dict[str, WirePull]:
-    """Pull on the damper of each side.
+    """List the pull on the damper of each side.
 
     Raises
     ------
     CaseError
-        A wire beside the cylinder on which it should lie.
+        A wire is outside the damper's cylinder.
     """
     result, table = {}, case.structure
     half = table.damper.damper().cylinder_length / 2
@@ -85,7 +85,7 @@ def list_dead_weights(case: Case[RigTable]) -> dict[str, WirePull]:
 
 
 def _compute_gaps(table: PairTable, crowning: float, line: ContactLine) -> list[float] | None:
-    """Gap at each station of the damper's line: a straight one, and a parabola with none in the middle [m]."""
+    """Gap at each station of the damper's line: a linear part, and a parabola that is zero in the middle [m]."""
     if not (table.uneven or crowning):
         return None
     distance = np.linalg.norm(line.stations - line.stations[0], axis=1)

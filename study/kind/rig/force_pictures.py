@@ -20,7 +20,7 @@ from study.kind.rig.pictures import rig_film
 from study.modes.files import write_contents
 from study.run_context import RunContext
 
-#: Curves that a figure of forces can show; more would hide each other.
+#: Largest number of curves in a figure of forces; more would hide each other.
 MOST_CURVES = 4
 N_FRAME = 24
 #: Stations of a rig are counted from the end of the damper.
@@ -28,7 +28,7 @@ STATION_LABEL = "station, from the damper's end [-]"
 
 
 def choose_most_loaded(levels: Sequence[float], peaks: Sequence[RigForces]) -> list[int]:
-    """Choose, for some levels with the highest, the curve whose contacts are closest to gross slip."""
+    """Choose some levels, with the highest, and for each the curve whose contacts are closest to gross slip."""
     distinct = np.unique(levels)
     drawn = distinct[choose_evenly(len(distinct), MOST_CURVES)]
     ratio = [max(line.ratio for line in peak.lines.values()) for peak in peaks]
@@ -44,7 +44,7 @@ def draw_forces(
     chosen: Sequence[int],
     run: RunContext,
 ) -> list[Path]:
-    """Write the figures of the highest points of some curves, see `choose_most_loaded`; states are those of the last.
+    """Write the figures of forces at the highest points of some curves, and of contact states of the last of these.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def draw_forces(
     labels, peaks
         Label, and forces at the highest point, of each curve.
     chosen
-        Places of those to show.
+        Indices of the drawn curves, see `choose_most_loaded`.
     run
         Output folder, store and progress of the run.
     """
@@ -110,24 +110,24 @@ def draw_film(
     forces: RigForces,
     run: RunContext,
 ) -> list[Path]:
-    """Write the film of a steady state; a machine that cannot draw has all the rest.
+    """Write the film of a steady state; on a machine that cannot draw, only warn.
 
     Parameters
     ----------
     stem, title
         Stem of the file, and title of the film.
     model
-        The rig.
+        Model of the rig.
     label, angular_frequency
         Label of the curve, and angular frequency of the state [rad/s].
     displacement
-        Coefficients on the nodes of all bodies in their order [m].
+        Fourier coefficients of the displacement on the nodes of all bodies in their order [m].
     forces
         Forces of the state.
     run
         Output folder, store and progress of the run.
     """
-    # The film is of the vibration: a mean displacement would be enlarged with it.
+    # Without the mean displacement, which would be enlarged with the vibration.
     moving = displacement.copy()
     moving[0] = 0.0
     status = np.concatenate([forces.lines[name].status for name in mating_pairs(model.rig)])

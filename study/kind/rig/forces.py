@@ -1,4 +1,4 @@
-"""Forces of a rig over one period: those of each contact line, and what the load cells behind the de-couplers read."""
+"""Forces of a rig over one period: of each contact line, and of the load cells behind the de-couplers."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -26,10 +26,10 @@ class LineMotion:
     Parameters
     ----------
     force
-        Sums over the stations, on the body that the damper touches: T away from the damper along the line, N into the
-        body, each of shape (n,) [N].
+        Sums over the stations of the forces on the body that the damper touches: T away from the damper along the line,
+        N into the body, each of shape (n,) [N].
     status
-        0 stuck, 1 slipping, 2 separated, of each station, shape (station, n); slip in either tangent counts.
+        State of each station, shape (station, n): 0 stuck, 1 slipping in any tangent, 2 separated.
     """
 
     force: LineReaction
@@ -37,27 +37,27 @@ class LineMotion:
 
     @property
     def ratio(self) -> float:
-        """Largest |T| / N of the period [-]; infinite where the line has nothing to press it."""
+        """Largest |T| / N of the period [-]; infinite if the normal force vanishes at any instant."""
         T, N = self.force
         return float(np.max(np.abs(T) / np.where(N > 0, N, np.nan))) if (N > 0).all() else float("inf")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RigForces:
-    """A steady state of a rig.
+    """Forces of a rig in a steady state.
 
     Parameters
     ----------
     time
-        Share of the period, shape (n,) [-].
+        Time as a fraction of the period, shape (n,) [-].
     lines
-        Motion of each contact line, by pair.
+        Forces and states of each contact line, by pair.
     cells
         Push of each arm on its load cell, by de-coupler: upper, then lower, shape (2, n) [N].
     measured
-        Forces of each line as eqs 1 and 2 tell them from the arms' pushes.
+        Forces of each line from the pushes of the arms by eqs 1 and 2.
     balanced
-        The same if load cells felt all of their arm's force, and not that along the arm alone.
+        Forces of each line from the whole forces of the arms, with the components across the arms.
     """
 
     time: Samples
@@ -68,30 +68,30 @@ class RigForces:
 
     @property
     def inertia_error(self) -> dict[str, float]:
-        """Error of eqs 1 and 2 by the neglected inertia of de-coupler and damper, by pair, see `_compare` [-]."""
+        """Error of eqs 1 and 2 from the neglected inertia of de-coupler and damper, by pair, see `_compare` [-]."""
         return {name: _compare(self.balanced[name], line.force) for name, line in self.lines.items()}
 
     @property
     def bending_error(self) -> dict[str, float]:
-        """Error by the neglected forces across the arms, which bend instead of being hinged, by pair [-]."""
+        """Error from the neglected forces across the arms, which bend because they are not hinged, by pair [-]."""
         return {name: _compare(self.measured[name], self.balanced[name]) for name in self.lines}
 
 
 def _compare(result: LineReaction, true: LineReaction) -> float:
-    """Largest difference of T or N over the period, beside the largest of both [-]."""
+    """Largest difference of T or N over the period, relative to the largest absolute value of both [-]."""
     size = max(float(np.abs(item).max()) for item in true)
     return max(float(np.abs(a - b).max()) for a, b in zip(result, true, strict=True)) / size
 
 
 def compute_rig_forces(preloaded: PreloadedRig, balance: HarmonicBalance, state: SteadyState) -> RigForces:
-    """Forces of all lines and load cells in a steady state.
+    """Compute the forces of all contact lines and load cells in a steady state.
 
     Parameters
     ----------
     preloaded
-        The rig under its dead weights.
+        Rig under its dead weights.
     balance, state
-        The balance at the level of the state.
+        Steady state, and harmonic balance at its level.
     """
     rig, weights = preloaded.model.rig, preloaded.weights
     motions = {motion.name: motion for motion in contact_motion(balance, state)}
@@ -119,7 +119,7 @@ def compute_rig_forces(preloaded: PreloadedRig, balance: HarmonicBalance, state:
 
 
 def _find_outward(pair: str) -> Float[NDArray[np.float64], "3"]:
-    """Along y, from the damper to the body of a pair."""
+    """Unit vector along y from the damper to the other body of a pair."""
     side, _, other = pair.partition("_")
     outward = SIDES[side][0]
     return np.array([0.0, outward if other == "decoupler" else -outward, 0.0])
@@ -136,7 +136,7 @@ def _make_line_motion(motions: Sequence[ContactMotion], sign: float) -> LineMoti
 def _compute_reaction(
     preloaded: PreloadedRig, body: str, cell: str, balance: HarmonicBalance, state: SteadyState
 ) -> Float[NDArray[np.float64], "3 n"]:
-    """Force of a fixed face on a body over the period, with that at rest, shape (3, n) [N]."""
+    """Force of a fixed face on a body over the period, including the force at rest, shape (3, n) [N]."""
     rows = preloaded.reduction.reactions[body][cell]
     omega = harmonics(state.angular_frequency, len(state.coefficients))
     q = state.coefficients

@@ -1,4 +1,4 @@
-"""The finite-element model of a rig, in bricks or in tetrahedra: what its reduction depends on, and nothing else."""
+"""The finite-element model of a rig, of hexahedra or tetrahedra: all inputs of its reduction."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -26,11 +26,11 @@ from pipeline.store import Store, stage
 
 #: The bodies of a rig by name, in the order of its meshes.
 BODIES = tuple(placements(Rig()))
-#: Sets of nodes that are fixed, by kind of body; contact alone holds the dampers.
+#: Fixed sets of nodes, by kind of body; only contacts support the dampers.
 FIXED_SETS = {"blade": ("clamp",), "damper": (), "decoupler": ("cell_upper", "cell_lower")}
-#: Along the span; and the direction of vibration, through the blade's thickness.
+#: Axis of the span, and axis of vibration, through the blade's thickness.
 Z, Y = 2, 1
-#: That of the blade, which may be put on springs.
+#: Fixed set of the blade, which may be put on springs.
 ROOT = "clamp"
 #: Contact lines by kind of body, each with the face that it lies on.
 LINES = {
@@ -38,20 +38,20 @@ LINES = {
     "damper": {"contact_blade": "cone_blade", "contact_decoupler": "cone_decoupler"},
     "decoupler": {"contact": "groove"},
 }
-#: Cells at faces, in parts of the size elsewhere, and longest ones beside contact stations 2 mm apart [m].
+#: Size of cells at faces relative to the size elsewhere [-], and largest size at contact stations 2 mm apart [m].
 FINER = {"groove_positive": 0.5, "groove_negative": 0.5, "groove": 0.5, "clamp": 0.7}
 LONGEST_AT_STATIONS = 4e-3
-#: The face set on which points lie.
+#: Face set for points.
 SURFACE = "the surface"
-#: How long the meshing of a body takes, compared with each other.
+#: Relative duration of meshing a body.
 WORK = {"blade": 5.0, "damper": 1.0, "decoupler": 2.0}
-#: A tetrahedron and its faces in a mirror: two corners change places, and with them two pairs of midside nodes.
+#: Order of nodes and faces of a mirrored tetrahedron: two corners are exchanged, and two pairs of midside nodes.
 MIRRORED_NODES, MIRRORED_FACES = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8], np.array([0, 3, 2, 1])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeshedRig:
-    """The meshes of a rig by body, and the coordinates of those bodies that have other ones than their nodes'."""
+    """The meshes of a rig by body, and the station coordinates of bodies whose coordinates are not only nodal."""
 
     meshes: Mapping[str, Mesh]
     coordinates: Mapping[str, StationCoordinates]
@@ -59,10 +59,10 @@ class MeshedRig:
 
 @dataclass(frozen=True, kw_only=True)
 class RigModel:
-    """All that the reduced bodies of a rig depend on; contacts, dead weights and damping are put on them later.
+    """Inputs of the reduced bodies of a rig, without contacts, dead weights and damping, which are added later.
 
-    What the blade has of its own - material, springs of the root, accelerometer, stinger - is put on the reduced blade,
-    so that nothing is reduced again when it changes.
+    The material of the blade, the springs of its root, the accelerometer and the stinger are applied to the reduced
+    blade, so that a change of these requires no new reduction.
 
     Parameters
     ----------
@@ -73,19 +73,19 @@ class RigModel:
     element
         Name of the element, "hex8", "hex20" or "tet10".
     size
-        Length of the elements' edges, about [m].
+        Approximate length of the elements' edges [m].
     n_mode
-        Fixed-interface modes of all bodies together, the lowest first, or of each body by name [-].
+        Number of fixed-interface modes of all bodies together, the lowest first, or of each body by name [-].
     tetrahedra
-        Meshes by body that were made before, see `study.kind.rig.model`; none where bricks are made, or cut.
+        Meshes by body from `mesh_in_tetrahedra`; empty for hexahedra, and before meshing.
     blade_material
-        Material of the blade, of the same Poisson's ratio; that of all bodies by default.
+        Material of the blade, with the same Poisson's ratio; that of all bodies by default.
     root_compliance
-        Compliance of all springs of the blade's clamp along an axis together [m/N]; 0 is a fixed clamp.
+        Total compliance of the springs of the blade's clamp along an axis [m/N]; 0 for a fixed clamp.
     accelerometer_mass
         Mass at the tip of the blade [kg].
     stinger_stiffness
-        Stiffness to the ground along y where the shaker pushes [N/m].
+        Stiffness to the ground along y at the excitation point [N/m].
     """
 
     rig: Rig
@@ -101,7 +101,7 @@ class RigModel:
 
     @property
     def reduced(self) -> "RigModel":
-        """The same with what is put on the reduced blade left out."""
+        """The model without the inputs that are applied to the reduced blade."""
         return replace(self, blade_material=None, root_compliance=0.0, accelerometer_mass=0.0, stinger_stiffness=0.0)
 
     @property
@@ -110,7 +110,7 @@ class RigModel:
         return choose_rig_mesh(self.rig, REGISTRY[self.element], self.size)
 
     def meshed(self) -> MeshedRig:
-        """All bodies in their places, in the order of `BODIES`."""
+        """Make the meshes of all bodies at their positions, in the order of `BODIES`."""
         if self.tetrahedra:
             made = {body: self.tetrahedra[body] for body in BODIES if body in self.tetrahedra}
             return MeshedRig(meshes={body: item.mesh for body, item in made.items()}, coordinates=made)
@@ -120,11 +120,11 @@ class RigModel:
         return MeshedRig(meshes={body: result[body] for body in BODIES}, coordinates={"blade": pushed})
 
     def meshes(self) -> dict[str, Mesh]:
-        """Meshes of the bodies."""
+        """Make the meshes of all bodies."""
         return dict(self.meshed().meshes)
 
     def modes_of(self, body: str) -> int:
-        """So many modes of a body are enough to choose from [-]: that of its mirror image counts too."""
+        """Number of modes to compute for a body and its mirror image, from which `n_mode` selects [-]."""
         if not isinstance(self.n_mode, Mapping):
             return self.n_mode
         kind = body.partition("_")[0]
@@ -132,12 +132,12 @@ class RigModel:
 
 
 def with_excitation(place: StationCoordinates, rig: Rig) -> StationCoordinates:
-    """The blade with the mean over the disc that the shaker pushes as the coordinates "excitation".
+    """Add to the blade the mean displacement of the disc that the shaker pushes, as the coordinates "excitation".
 
     Raises
     ------
     MeshError
-        The disc is on no face, or its nodes are fixed or named.
+        The disc is not on a face, or its nodes are fixed or named.
     """
     centre = named_points(rig)["blade"]["excitation"]
     weights = find_disc_weights(
@@ -147,21 +147,21 @@ def with_excitation(place: StationCoordinates, rig: Rig) -> StationCoordinates:
 
 
 def find_mirror_image(body: str) -> str | None:
-    """The body on the right of which a body on the left is the mirror image; None for all others."""
+    """Name of the right body whose mirror image a left body is; None for all other bodies."""
     kind, _, side = body.partition("_")
     return f"{kind}_right" if side == "left" else None
 
 
 @stage("tetrahedra of a rig's body")
 def body_tetrahedra(rig: Rig, body: str, size: float) -> StationCoordinates:
-    """Mesh one body in its place, with contact stations and named points as coordinates.
+    """Mesh one body at its position, with contact stations and named points as coordinates.
 
     Parameters
     ----------
     rig
         Dimensions of the rig.
     body
-        Which, as `geometry.rig.placements` names it.
+        Name of the body in `geometry.rig.placements`.
     size
         Edge length of the cells [m].
     """
@@ -174,7 +174,7 @@ def body_tetrahedra(rig: Rig, body: str, size: float) -> StationCoordinates:
     on = dict(LINES[kind])
     places = {name: part.contact_lines[name].stations for name in on}
     for name, point in named_points(rig)[body].items():
-        # Points that are middles of faces are named by these, and the disc about the excitation follows below.
+        # Points in the middle of a face are those of the face set; the disc of the excitation is added below.
         if name not in part.faces and name != "excitation":
             places[name], on[name] = point[None], SURFACE
     whole = replace(mesh, face_sets={**mesh.face_sets, SURFACE: find_outer_faces(mesh)})
@@ -184,14 +184,14 @@ def body_tetrahedra(rig: Rig, body: str, size: float) -> StationCoordinates:
 
 
 def mesh_in_tetrahedra(model: RigModel, store: Store, progress: Progress) -> RigModel:
-    """The model with its meshes, where it wants tetrahedra; as it is, where it wants bricks.
+    """Add meshes to a model of tetrahedra; a model of hexahedra is returned unchanged.
 
     Raises
     ------
     InputError
         pytetwild is not installed.
     MeshError
-        A body that cannot be filled with cells of this size, or whose stations are too close for them.
+        A body cannot be meshed with cells of this size, or its stations are too close for them.
     """
     if model.element != TET10.name or model.tetrahedra:
         return model
@@ -217,7 +217,7 @@ def mesh_in_tetrahedra(model: RigModel, store: Store, progress: Progress) -> Rig
 
 
 def mirror_tetrahedra(place: StationCoordinates) -> StationCoordinates:
-    """The mirror image at y = 0, with the same numbers of nodes and cells."""
+    """Mirror a mesh at y = 0; nodes and cells keep their numbers."""
     mesh, signs = place.mesh, np.array([1.0, -1.0, 1.0])
     image = Mesh(
         points=mesh.points * signs,
@@ -227,5 +227,5 @@ def mirror_tetrahedra(place: StationCoordinates) -> StationCoordinates:
             name: np.column_stack([faces[:, 0], MIRRORED_FACES[faces[:, 1]]]) for name, faces in mesh.face_sets.items()
         },
     )
-    # Weights of nodes are the same in a mirror, and no two directions are coupled.
+    # The weights of nodes are unchanged, since they do not couple directions.
     return StationCoordinates(mesh=image, to_nodes=place.to_nodes)

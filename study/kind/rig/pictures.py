@@ -1,4 +1,4 @@
-"""Pictures of a rig as stages: bodies, the mesh at one contact line, first stuck modes, a film of its deflection."""
+"""Pictures of a rig as stages: bodies, the mesh at a contact line, first stuck modes, and a film of the deflection."""
 
 import tempfile
 from collections.abc import Callable
@@ -20,17 +20,18 @@ from pipeline.store import stage
 from study.kind.rig.model import RigModel
 from study.modes.files import contents
 
-#: The pair whose contact line is drawn.
+#: Pair whose contact line is drawn.
 SHOWN = "right_blade"
-#: Largest deflection drawn [m]: bodies that slide on each other shall not seem to part by more than their size.
+#: Largest drawn deflection [m]: bodies that slide on each other should not appear separated by more than their size.
 AMPLITUDE = 0.015
-#: The same in parts of what moves: of the middle one of the three sides of the box around it.
+#: Largest drawn deflection relative to the middle side of the box around the moving nodes [-]; a node moves if its
+#: displacement exceeds this fraction of the largest [-].
 SHARE, MOVES = 0.35, 0.1
 
 
 @stage("pictures of a rig")
 def rig_pictures(model: RigModel, title: str) -> dict[str, NDArray[np.uint8]]:
-    """Draw "assembly.png" and "contact.png"; bytes of each file by name."""
+    """Draw "assembly.png" and "contact.png", and return the bytes of each file by name."""
     meshes = model.meshes()
     whole = join_meshes(meshes)
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
@@ -49,18 +50,18 @@ def stuck_mode_pictures(
     displacement: Float[NDArray[np.float64], "m node 3"],
     report: Callable[[float, float], None],
 ) -> dict[str, NDArray[np.uint8]]:
-    """Draw "mode1.png" and so on; bytes of each file by name.
+    """Draw "mode1.png" and so on, and return the bytes of each file by name.
 
     Parameters
     ----------
     model
-        The rig.
+        Model of the rig.
     frequency
         Natural frequencies of the modes [Hz].
     displacement
-        Mode shapes at any scale, on the nodes of all bodies in their order.
+        Mode shapes of any scale, on the nodes of all bodies in their order.
     report
-        Progress.
+        Function that receives the progress.
     """
     whole = join_meshes(model.meshes())
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
@@ -75,7 +76,7 @@ def stuck_mode_pictures(
 
 
 def _choose_amplitude(whole: Mesh, shape: Float[NDArray[np.float64], "node 3"]) -> float:
-    """Largest deflection drawn [m]: small for a mode in which small bodies move alone."""
+    """Choose the largest drawn deflection [m], smaller for a mode in which only small bodies move."""
     length = np.linalg.norm(shape, axis=1)
     sides = np.ptp(whole.points[length > MOVES * length.max()], axis=0)
     return min(AMPLITUDE, SHARE * float(np.sort(sides)[1]))
@@ -90,7 +91,7 @@ def _draw_contact(rig: Rig, meshes: dict[str, Mesh], file: Path, title: str) -> 
 
 
 def _group_by_kind(meshes: dict[str, Mesh]) -> dict[str, list[Mesh]]:
-    """Meshes by kind of body, as a legend calls it."""
+    """Group the meshes by kind of body, with its name in a legend."""
     words = {"blade": "blade", "damper": "damper", "decoupler": "de-coupler"}
     result: dict[str, list[Mesh]] = {}
     for body, mesh in meshes.items():
@@ -106,7 +107,7 @@ def rig_film(
     title: str,
     subtitle: str,
 ) -> NDArray[np.uint8]:
-    """Bytes of the film."""
+    """Draw the film of the deflection, and return its bytes."""
     whole = join_meshes(model.meshes())
     nodes = [whole.node_sets[f"{pair.other}.{pair.other_line.name}"] for pair in mating_pairs(model.rig).values()]
     stations = StationStates(node=np.concatenate(nodes), states=status)

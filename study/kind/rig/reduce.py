@@ -1,4 +1,4 @@
-"""``stickslip reduce`` of a rig: CAD, meshes, reduced assembly, and its first modes with all contacts stuck."""
+"""``stickslip reduce`` of a rig: CAD, meshes, reduced assembly, and first modes with all contacts stuck."""
 
 import tempfile
 from collections.abc import Sequence
@@ -39,9 +39,9 @@ from study.modes.files import write_contents
 from study.reduce.report import describe_check, document_check, report_fewer_rig_modes
 from study.run_context import Answer, RunContext
 
-#: Modes of the free blade and of the stuck rig that are reported, and stuck ones that are drawn.
+#: Number of reported modes of the blade without contacts and of the stuck rig, and of drawn modes of the stuck rig.
 N_BLADE, N_STUCK, N_DRAWN = 3, 6, 3
-#: The CAD solids take as long as the reduction of so many thousand nodes.
+#: Work of the CAD solids, in the work of reducing a thousand nodes.
 SOLID_WORK = 3.0
 
 
@@ -53,13 +53,13 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) ->
     Raises
     ------
     CaseError
-        With every mistake of the case: bodies that cannot be built, do not mate or overlap, and bad meshes too.
+        If the case has mistakes: bodies that cannot be built, do not mate or overlap, or bad meshes.
     """
     assert run.output is not None
     case, stem, title = opened.case, opened.path.stem, opened.title
     model = make_rig_model(case)
     pairs = make_line_pairs(case, model.rig)
-    list_dead_weights(case)  # sound here, so that no later command refuses what was reduced
+    list_dead_weights(case)  # checked here, so that no later command refuses a rig that was reduced
     with located(case, "structure", "mesh"):
         model = mesh_in_tetrahedra(model, run.store, run.progress)
         step, result, check = _compute_reduction(case, model, run, checked)
@@ -101,7 +101,7 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) ->
 
 
 def _format_document(document: dict[str, Any], notes: list[str], checks: list[str]) -> str:
-    """The document as tables, with notes on it and what was checked."""
+    """Format the document as tables, with notes and results of the checks."""
     bodies, shares = document["bodies"], document["energy_share"]
     total = {name: sum(body[name] for body in bodies.values()) for name in ("n_dof", "n_boundary", "n_mode")}
     worst = min(body["least_scaled_jacobian"] for body in bodies.values())
@@ -139,7 +139,7 @@ def _format_document(document: dict[str, Any], notes: list[str], checks: list[st
 def stuck_modes(
     assembly: ReducedAssembly, pairs: Sequence[LinePair], tangents: Tangents
 ) -> tuple[Float[NDArray[np.float64], " r"], Float[NDArray[np.float64], "r r"]]:
-    """Frequencies of the rig with all contacts closed and stuck [Hz], and mass-normalised shapes [kg^-1/2]."""
+    """Compute the modes with all contacts closed and stuck: frequencies [Hz], mass-normalised shapes [kg^-1/2]."""
     modes = compute_dense_modes(assembly.mass, join_bodies(assembly, pairs, tangents=tangents).stuck)
     return modes.frequency, modes.mode_shapes
 
@@ -147,7 +147,7 @@ def stuck_modes(
 def compute_energy_share(
     assembly: ReducedAssembly, shapes: Float[NDArray[np.float64], "r m"]
 ) -> dict[str, Float[NDArray[np.float64], " m"]]:
-    """Parts of the kinetic energy of mass-normalised shapes, by kind of body; they add up to 1."""
+    """Compute the fractions of the kinetic energy of mass-normalised shapes, by kind of body; their sum is 1."""
     result: dict[str, Float[NDArray[np.float64], " m"]] = {}
     for body, rom in assembly.bodies.items():
         own, kind = shapes[assembly.columns(body)], body.partition("_")[0]
@@ -158,7 +158,7 @@ def compute_energy_share(
 def _compute_reduction(
     case: Case[RigTable], model: RigModel, run: RunContext, checked: bool
 ) -> tuple[str, RigReduction, dict[str, ModeCheck]]:
-    """Text of the STEP file, the reduction, and the checks of its bodies if they are wanted."""
+    """Compute the text of the STEP file, the reduction, and with `checked` the checks of the bodies."""
     meshed = model.meshed()
     reductions = list_reduction_tasks(model, meshed)
     solid = Task(stage=rig_solid, inputs={"rig": model.rig}, label="CAD solids", weight=SOLID_WORK)
@@ -167,7 +167,7 @@ def _compute_reduction(
             [*reductions, solid], run.store, run.progress, "meshes and reduction", memory=read_available_memory()
         )
     except GeometryError as error:
-        # The dimensions are to blame, which stand in several tables: not the mesh.
+        # The cause is in the dimensions, which are in several tables, and not in the mesh.
         with located(case, "structure"):
             raise error
     check = checks(model, by_body(reductions, bodies), run.store, run.progress) if checked else {}
@@ -189,7 +189,7 @@ def _draw_pictures(
     displacement: Float[NDArray[np.float64], "m node 3"],
     run: RunContext,
 ) -> list[Path]:
-    """Write the pictures; a machine that cannot draw has all the rest."""
+    """Write the pictures; on a machine that cannot draw, only warn."""
     bodies: dict[str, NDArray[np.uint8]] = {}
     modes: dict[str, NDArray[np.uint8]] = {}
     try:
@@ -203,7 +203,7 @@ def _draw_pictures(
 
 @stage("CAD solids of a rig")
 def rig_solid(rig: Rig) -> str:
-    """Build the five solids, refuse those that overlap, and return the text of their STEP file."""
+    """Build the five solids, refuse overlapping ones, and return the text of their STEP file."""
     require_system_libraries("cad")
     parts = rig_parts(rig)
     check_no_overlap(parts)

@@ -1,4 +1,4 @@
-"""From a rig's model to its reduced assembly: each body is a stage, so that finished ones survive an interruption."""
+"""Reduction of a rig to its assembly: each body is a stage, so that finished bodies are kept after an interruption."""
 
 import importlib.metadata
 from collections.abc import Mapping, Sequence
@@ -38,13 +38,13 @@ class ReducedBody:
     Parameters
     ----------
     rom
-        Reduced model of the body, in its place in the rig.
+        Reduced model of the body, at its position in the rig.
     least_scaled_jacobian
-        Least scaled Jacobian of its elements, 1 for a brick [-].
+        Smallest scaled Jacobian of its elements, 1 for a rectangular hexahedron [-].
     reactions
         Reaction of each fixed set of nodes, over the reduced coordinates.
     root
-        Clamp of the blade, to be put on springs; None of other bodies.
+        Clamp of the blade, for springs; None for other bodies.
     """
 
     rom: ReducedModel
@@ -55,7 +55,7 @@ class ReducedBody:
 
 @stage("reduced body of a rig")
 def reduced_body(model: RigModel, body: str) -> ReducedBody:
-    """Mesh, support and reduce one body; every named set of its mesh stays physical."""
+    """Mesh, support and reduce one body; all named node sets of its mesh are retained."""
     meshed = model.meshed()
     mesh, place = meshed.meshes[body], meshed.coordinates.get(body)
     quality = check_quality(mesh)
@@ -87,7 +87,7 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
 
 @stage("check of a reduced body of a rig")
 def checked_body(model: RigModel, body: str, rom: ReducedModel) -> ModeCheck:
-    """Check the fixed-interface modes of what `reduced_body` made."""
+    """Check the fixed-interface modes of a model that `reduced_body` made."""
     meshed = model.meshed()
     mesh, place = meshed.meshes[body], meshed.coordinates.get(body)
     mass, stiffness = assemble_compact(mesh, model.material)
@@ -106,7 +106,7 @@ def _support_in_coordinates(
 
 
 def make_supported_body(mesh: Mesh, body: str, mass: Symmetric, stiffness: Symmetric) -> LinearSystem:
-    """A body in full, on its supports."""
+    """Make the unreduced system of a body on its supports."""
     supports = FIXED_SETS[body.partition("_")[0]]
     if supports:
         return supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in supports])
@@ -115,22 +115,22 @@ def make_supported_body(mesh: Mesh, body: str, mass: Symmetric, stiffness: Symme
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RigReduction:
-    """All bodies of a rig, reduced.
+    """The reduced bodies of a rig.
 
     Parameters
     ----------
     meshes
         Mesh of each body.
     assembly
-        The reduced bodies.
+        Assembly of the reduced bodies.
     least_scaled_jacobian
-        Least scaled Jacobian of each body [-].
+        Smallest scaled Jacobian of each body [-].
     reactions
         Reactions by body and fixed set of nodes, over all coordinates of the assembly.
     coordinates
-        Coordinates by body that are no nodes': of stations between nodes, or of the disc that the shaker pushes.
+        Coordinates, by body, of stations between nodes and of the disc that the shaker pushes.
     root
-        The blade on its clamp, fixed and on the springs of the model.
+        Blade on its clamp, with the compliance of the clamp's springs.
     """
 
     meshes: Mapping[str, Mesh]
@@ -142,28 +142,28 @@ class RigReduction:
 
     @property
     def n_dof(self) -> int:
-        """Free degrees of freedom of all bodies in full [-]."""
+        """Number of free degrees of freedom of all bodies before the reduction [-]."""
         return sum(len(rom.free) for rom in self.assembly.bodies.values())
 
     def places(self, body: str) -> Float[NDArray[np.float64], "node 3"]:
-        """Where each coordinate of a body is: nodes, or what stands in place of nodes, shape (n_node, 3) [m]."""
+        """Positions of the nodes of a body, or of the stations that replace nodes, shape (n_node, 3) [m]."""
         return self.coordinates[body].places if body in self.coordinates else self.meshes[body].points
 
 
 def reduce_rig(model: RigModel, store: Store, progress: Progress) -> RigReduction:
-    """Reduce all bodies, side by side; those on the left are mirror images of those on the right.
+    """Reduce all bodies in parallel; left bodies are mirror images of right bodies.
 
     Parameters
     ----------
     model
-        Rig that is reduced.
+        Model of the rig.
     store, progress
-        As in `run_parallel`.
+        See `run_parallel`.
 
     Raises
     ------
     InvertedCell, RomError
-        As the stages raise them.
+        Errors of the stages.
     """
     model = mesh_in_tetrahedra(model, store, progress)
     meshed = model.meshed()
@@ -173,12 +173,12 @@ def reduce_rig(model: RigModel, store: Store, progress: Progress) -> RigReductio
 
 
 def list_reduction_tasks(model: RigModel, meshed: MeshedRig) -> list[Task]:
-    """One task for each body that is no mirror image; the sizes of the meshes tell how long each takes.
+    """List one task for each body that is not a mirror image, weighted by the size of its mesh.
 
     Raises
     ------
     RomError
-        A body that takes more memory than there is.
+        A body requires more memory than is available.
     """
     tasks = []
     for body in BODIES:
@@ -204,7 +204,7 @@ def list_reduction_tasks(model: RigModel, meshed: MeshedRig) -> list[Task]:
 def checks(
     model: RigModel, bodies: Mapping[str, ReducedBody], store: Store, progress: Progress
 ) -> dict[str, ModeCheck]:
-    """Check the fixed-interface modes of reduced bodies, those that keep any, one after the other."""
+    """Check the fixed-interface modes of all reduced bodies that have any, one after the other."""
     return {
         body: ShownStep(f"check of {body.partition('_')[0]}", store, progress).run(checked_body, model, body, own.rom)
         for body, own in bodies.items()
@@ -213,16 +213,17 @@ def checks(
 
 
 def by_body(tasks: Sequence[Task], outcomes: Sequence[Outcome[ReducedBody]]) -> dict[str, ReducedBody]:
-    """Results of the tasks of `list_reduction_tasks`, by body."""
+    """Return the results of the tasks of `list_reduction_tasks`, by body."""
     return {str(task.inputs["body"]): outcome.value for task, outcome in zip(tasks, outcomes, strict=True)}
 
 
 def together(
     model: RigModel, meshed: MeshedRig, tasks: list[Task], outcomes: list[Outcome[ReducedBody]]
 ) -> RigReduction:
-    """Reduction of the rig from the results of `list_reduction_tasks`, with the mirror images and the requested modes.
+    """Make the reduction of the rig from the results of `list_reduction_tasks`.
 
-    The blade has its own material, and its clamp is on the springs of the model.
+    This adds the mirror images, selects the requested modes, and applies to the blade its material, the springs of its
+    clamp, accelerometer and stinger.
     """
     result = by_body(tasks, outcomes)
     result["blade"] = _with_own_material(result["blade"], model)
@@ -254,7 +255,7 @@ def together(
 
 
 def _with_own_material(body: ReducedBody, model: RigModel) -> ReducedBody:
-    """The blade in its own material; its reactions follow the matrices."""
+    """Apply the blade's material to its reduced model and its reactions."""
     own, common = model.blade_material or model.material, model.material
     density, modulus = own.density / common.density, own.young / common.young
     rom = in_other_material(body.rom, density, modulus)
@@ -272,7 +273,7 @@ def _with_own_material(body: ReducedBody, model: RigModel) -> ReducedBody:
 
 
 def _with_attachments(rom: ReducedModel, model: RigModel) -> ReducedModel:
-    """The blade with the accelerometer at its tip and the stinger where it is pushed."""
+    """Add to the blade the accelerometer at its tip and the stinger at the excitation point."""
     if not (model.accelerometer_mass or model.stinger_stiffness):
         return rom
     mass, stiffness = np.array(rom.mass), np.array(rom.stiffness)
@@ -292,7 +293,7 @@ def _make_root(rom: ReducedModel, support: ElasticSupport | None, compliance: fl
 def _make_reactions(
     assembly: ReducedAssembly, body: str, own: Mapping[str, SupportReaction]
 ) -> dict[str, SupportReaction]:
-    """Reactions of a body over the assembly's coordinates; a mirror image has other signs along y."""
+    """Expand the reactions of a body to the assembly's coordinates, with changed signs along y for a mirror image."""
     rom, columns = assembly.bodies[body], assembly.columns(body)
     rows, across = np.ones((3, 1)), np.ones(rom.n_dof)
     if find_mirror_image(body) is not None:
@@ -300,7 +301,7 @@ def _make_reactions(
 
     def over_all(part: NDArray[np.float64]) -> NDArray[np.float64]:
         result = np.zeros((3, assembly.n_dof))
-        # Modes that were left out are the last ones.
+        # The modes that were not selected are the last ones.
         result[:, columns] = rows * part[:, : rom.n_dof] * across
         return result
 
@@ -311,9 +312,9 @@ def _make_reactions(
 
 
 def mirror_model(rom: ReducedModel, body: str) -> ReducedModel:
-    """The reduced model of a body's mirror image at y = 0, whose mesh has the same node numbers.
+    """Make the reduced model of a body's mirror image at y = 0, whose mesh has the same node numbers.
 
-    Displacements along y change their sign, on the boundary and on the mesh; the modal coordinates stay as they are.
+    Displacements along y change their sign, on the boundary and on the mesh; the modal coordinates are unchanged.
     """
     boundary, full = _compute_signs(rom), np.where(rom.free % 3 == 1, -1.0, 1.0)
     signs = np.outer(boundary, boundary)

@@ -1,4 +1,4 @@
-"""``stickslip solve`` of a rig: rest under the dead weights, response curves, and what contacts and load cells do."""
+"""``stickslip solve`` of a rig: rest under the dead weights, forces of contacts and load cells, pictures."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -18,14 +18,14 @@ from study.solve.run import SolveResult
 
 
 def report_rig_extras(read: ReadCase, solved: SolveResult, run: RunContext) -> Extras:
-    """Contact forces and load cells at the highest points of solved curves; writes their figures and a film.
+    """Report the forces of contacts and load cells at the highest points of curves; write figures and a film.
 
     Parameters
     ----------
     read
-        The case of a rig.
+        Case of a rig.
     solved
-        Curves of the case.
+        Solved curves of the case.
     run
         Output folder, store and progress of the run.
     """
@@ -43,7 +43,7 @@ def report_rig_extras(read: ReadCase, solved: SolveResult, run: RunContext) -> E
     labels = [item.curve.label for item in curves]
     chosen = choose_most_loaded([item.curve.fixed for item in curves], peaks)
     files = draw_forces(stem, title, friction, labels, peaks, chosen, run)
-    # At the highest level the film shows most.
+    # The film is of the highest level.
     last = chosen[-1]
     motion = preloaded.reduction.assembly.on_whole_mesh(states[last].coefficients.T)
     files += draw_film(
@@ -72,7 +72,7 @@ def report_rig_extras(read: ReadCase, solved: SolveResult, run: RunContext) -> E
 
 
 def _document_at_rest(system: PreloadedRig) -> dict[str, dict[str, float]]:
-    """Each contact line under the dead weights: forces [N], pressed stations, largest |T| / (mu N) of one [-]."""
+    """Make the document of each contact line at rest: forces [N], closed stations, largest |T| / (mu N) of one [-]."""
     names = [contact.name for contact in system.joined.contacts]
     rest, result = system.static_state, {}
     for line, members in system.joined.lines.items():
@@ -87,7 +87,7 @@ def _document_at_rest(system: PreloadedRig) -> dict[str, dict[str, float]]:
 
 
 def _format_document(document: Mapping[str, Any], labels: Sequence[str]) -> str:
-    """The document as tables."""
+    """Format the document as tables."""
     rest, dampers, curves = document["rest"], document["dampers"], document["curves"]
     width, label_width = max(map(len, rest)), max(map(len, labels))
 

@@ -1,4 +1,4 @@
-"""A rig at rest under its dead weights, as a structure: matrices, contacts, and what its tests drive and measure."""
+"""The structure of a rig at rest under its dead weights: matrices, contacts, excitation, sensors and load cells."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -35,18 +35,18 @@ Row = Float[NDArray[np.float64], " r"]
 
 Matrix = Float[NDArray[np.float64], "r r"]
 
-#: Fixed faces at the ends of the arms, and whether these rise or fall away from the blade.
+#: Fixed faces at the ends of the arms, and sign of the arms' slope away from the blade.
 ARMS = {"cell_upper": 1.0, "cell_lower": -1.0}
-#: Load cells by name: side and fixed face. R3 and R4 are those of eq. 1 on the right; the left is its mirror image.
+#: Load cells by name: side and fixed face. R3 and R4 of eq. 1 are on the right; the left side is the mirror image.
 LOAD_CELLS = {
     "R1": ("left", "cell_upper"), "R2": ("left", "cell_lower"),
     "R3": ("right", "cell_upper"), "R4": ("right", "cell_lower"),
 }  # fmt: skip
-#: Of places of nodes [m].
+#: Round-off of node positions [m].
 ROUND_OFF = 1e-9
-#: Largest share of Coulomb's limit that a drawn friction history leaves in a contact.
+#: Largest fraction of the friction limit in the contacts of a random friction history [-].
 HISTORY = 0.9
-#: Dampers without contacts hang on springs: so many times per second they then move as rigid bodies [Hz].
+#: Frequency of the rigid motions of dampers without contacts, on the springs of their suspension [Hz].
 SUSPENSION = 20.0
 
 
@@ -61,9 +61,9 @@ class PreloadedRig:
     weights
         Pull of the wire on each side.
     joined
-        Bodies and contacts, unloaded.
+        Bodies and contacts without loads.
     wires
-        Wire of the dead weight of each side, over all coordinates.
+        Loads of the wire of each side, over all coordinates.
     static_state
         Static state of the contacts under the dead weights.
     dampers
@@ -85,7 +85,7 @@ def make_preloaded_rig(case: Case[RigTable], model: RigModel, reduction: RigRedu
     Raises
     ------
     CaseError
-        A damper that is unsupported, leaves its groove or has no equilibrium.
+        A damper is unsupported, leaves its groove or has no equilibrium.
     """
     assembly, table, rig = reduction.assembly, case.structure, model.rig
     weights = list_dead_weights(case)
@@ -117,13 +117,13 @@ def make_preloaded_rig(case: Case[RigTable], model: RigModel, reduction: RigRedu
 
 
 def _find_side_at_fault(case: Case[RigTable], message: str) -> tuple[str, ...]:
-    """The table of the side that a message on a contact line speaks of, if the case has one."""
+    """Find the table of the side of the contact line that a message names, if the case has this table."""
     given = find_value({} if case.source is None else case.source.data, ("structure", "dead_weight")) or {}
     return tuple(side for side in SIDES if f'"{side}_' in message and side in given)[:1]
 
 
 def _list_damper_motions(reduction: RigReduction) -> dict[str, Float[NDArray[np.float64], "r 6"]]:
-    """Rigid motions of the dampers, which contact alone supports."""
+    """List the rigid motions of the dampers, which only contacts support."""
     return {
         body: make_unit_motions(reduction.assembly, body, reduction.places(body), np.zeros(3))
         for body in (f"damper_{side}" for side in SIDES)
@@ -131,21 +131,21 @@ def _list_damper_motions(reduction: RigReduction) -> dict[str, Float[NDArray[np.
 
 
 def excitation(reduction: RigReduction) -> Complex[NDArray[np.complex128], "2 r"]:
-    """A harmonic force of 1 N along y on the disc that the shaker pushes, shape (2, r) [N]."""
+    """Make a harmonic force of 1 N along y on the disc that the shaker pushes, shape (2, r) [N]."""
     force = np.zeros((2, reduction.assembly.n_dof), dtype=np.complex128)
     force[1, reduction.assembly.rows("blade", "excitation", Y)] = 1.0
     return force
 
 
 def _make_wire(side: str, pull: WirePull, rig: Rig, reduction: RigReduction) -> Wire:
-    """The wire of a side: its load is spread over the lower half of the cylinder, as wide as the wire lies under it."""
+    """Make the wire of a side, whose load is distributed over its width on the lower half of the cylinder."""
     body, (sign, _) = f"damper_{side}", SIDES[side]
     mesh, place = reduction.meshes[body], named_points(rig)[body]["dead_weight"]
     cylinder = mesh.nodes("cylinder")
     below = cylinder[mesh.points[cylinder, Z] < rig.damper_axis]
     if pull.width is not None:
         away = np.abs(mesh.points[below, Y] - place[Y] - sign * pull.shift)
-        # A wire thinner than an element lies under the nearest nodes; round-off of nodes at its edges.
+        # A wire thinner than an element loads the nearest nodes; nodes at its edges are within round-off.
         below = below[away <= max(pull.width / 2, float(away.min())) + ROUND_OFF]
 
     def load(direction: int, shift: float) -> Row:
@@ -160,22 +160,22 @@ def _make_wire(side: str, pull: WirePull, rig: Rig, reduction: RigReduction) -> 
 
 
 def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
-    """The rig of a case, at rest under its dead weights.
+    """Make the rig of a case, at rest under its dead weights.
 
     Parameters
     ----------
     case
-        Case, as it was read.
+        Case of a rig.
     run
         Store of the reduced bodies, and progress.
 
     Raises
     ------
     CaseError
-        Bodies that cannot be built or do not mate; a damper that nothing holds, leaves its groove or finds no rest.
+        Bodies cannot be built or do not mate; a damper is unsupported, leaves its groove or has no equilibrium.
     """
     model = make_rig_model(case)
-    list_dead_weights(case)  # what is wrong with them is found before minutes of reduction
+    list_dead_weights(case)  # checked before the reduction, which takes minutes
     with located(case, "structure", "mesh"):
         model = mesh_in_tetrahedra(model, run.store, run.progress)
         reduction = reduce_rig(model, run.store, run.progress)
@@ -211,7 +211,7 @@ def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
 
 
 def list_measured_places(reduction: RigReduction) -> dict[str, Row]:
-    """Where the tests of the rig measure, and so where an effect may act: motions along y."""
+    """List the places where tests of the rig measure and effects may act: rows of motions along y."""
     result = {
         "tip": _make_row(reduction, "blade", "response"),
         "excitation": _make_row(reduction, "blade", "excitation"),
@@ -221,10 +221,10 @@ def list_measured_places(reduction: RigReduction) -> dict[str, Row]:
 
 
 def find_load_cells(preloaded: PreloadedRig) -> dict[str, LoadCell]:
-    """The load cells by name: each reads the push of its arm, along the arm.
+    """Make the load cells by name: each reads the push of its arm along the arm.
 
-    The reaction of the fixed end follows from the stiffness alone: what the mass between the end and the nodes beside
-    it adds is left out, as it moves far less than the contact.
+    The reaction of the fixed end is computed from the stiffness only: the inertia of the mass between the end and the
+    adjacent nodes is neglected, as this mass moves far less than the contact.
     """
     alpha, result = preloaded.model.rig.decoupler.arm_angle, {}
     for name, (side, cell) in LOAD_CELLS.items():
@@ -235,12 +235,12 @@ def find_load_cells(preloaded: PreloadedRig) -> dict[str, LoadCell]:
 
 
 def compute_arm_direction(side: str, cell: str, angle: float) -> Float[NDArray[np.float64], "3"]:
-    """Along an arm from the contact line to its load cell, of arms at an angle [rad], shape (3,) [-]."""
+    """Unit vector along an arm at an angle [rad] from the contact line to the load cell, shape (3,) [-]."""
     return np.array([0.0, SIDES[side][0] * cos(angle), ARMS[cell] * sin(angle)])
 
 
 def make_suspension(reduction: RigReduction) -> Matrix:
-    """Springs that the dampers hang on without contacts [N/m]: all their rigid motions have `SUSPENSION`."""
+    """Make the stiffness of the dampers' suspension without contacts [N/m], for rigid motions at `SUSPENSION`."""
     assembly = reduction.assembly
     result = np.zeros((assembly.n_dof, assembly.n_dof))
     for body in (f"damper_{side}" for side in SIDES):
@@ -250,17 +250,17 @@ def make_suspension(reduction: RigReduction) -> Matrix:
 
 
 def list_friction_histories(rest: StaticState, bodies: JoinedBodies, n: int, seed: int) -> list[Row]:
-    """Slider positions at which curves begin [m].
+    """List the initial slider positions of friction histories [m].
 
     Parameters
     ----------
     rest, bodies
-        The rig under its dead weights.
+        Rig under its dead weights.
     n
-        Number of histories [-]; the first is that of the dead weights alone, in the others each line was left with a
-        share of its friction limit.
+        Number of histories [-]; the first is rest under the dead weights, in the others each line has a random fraction
+        of its friction limit.
     seed
-        Draws the shares.
+        Seed of the random fractions.
     """
     generator = np.random.default_rng(seed)
     histories = [rest.slider]
@@ -273,7 +273,7 @@ def list_friction_histories(rest: StaticState, bodies: JoinedBodies, n: int, see
 
 
 def _push_sliders(rest: StaticState, share: dict[str, float]) -> Row:
-    """Sliders after a damper was pushed along its line: each contact has a share of its limit at rest."""
+    """Move the sliders along the line, so that each contact has a fraction (`share`) of its friction limit at rest."""
     result = []
     for item in rest.contacts:
         first = -share[item.name] * (item.limit_at_rest / item.tangential_stiffness)
@@ -282,7 +282,7 @@ def _push_sliders(rest: StaticState, share: dict[str, float]) -> Row:
 
 
 def _list_surfaces(reduction: RigReduction) -> dict[str, BodySurface]:
-    """Outside of each body."""
+    """Make the outer surface of each body."""
     assembly = reduction.assembly
     return {
         body: make_surface(reduction.meshes[body], rom, assembly.columns(body), assembly.n_dof)
@@ -297,7 +297,7 @@ def _make_row(reduction: RigReduction, body: str, name: str, direction: int = Y)
 
 
 def _make_sensors(reduction: RigReduction, lean: LaserTable) -> tuple[Sensor, ...]:
-    """The tip, and how each damper moves against the blade where the heads of the differential laser look."""
+    """Make the sensors: the tip, and each damper relative to the blade, at the points of the differential laser."""
     result = [Sensor(name="tip", row=_make_row(reduction, "blade", "response"))]
     for side in SIDES:
         heads = {}
@@ -312,7 +312,7 @@ def _make_sensors(reduction: RigReduction, lean: LaserTable) -> tuple[Sensor, ..
 
 
 def _list_parts(preloaded: PreloadedRig) -> tuple[StructurePart, ...]:
-    """Mass and stiffness of each body, and of the springs that fix the second tangents."""
+    """List mass and stiffness of each body, and of the springs that fix the second tangents."""
     assembly, n = preloaded.reduction.assembly, preloaded.reduction.assembly.n_dof
     result = []
     for body in assembly.bodies:
@@ -326,7 +326,7 @@ def _list_parts(preloaded: PreloadedRig) -> tuple[StructurePart, ...]:
 
 
 def _list_elastic_bodies(reduction: RigReduction) -> dict[str, ElasticBody]:
-    """The blade on its clamp."""
+    """Return the blade on its clamp, by name of the body."""
     if reduction.root is None:
         return {}
     assembly = reduction.assembly
@@ -334,7 +334,7 @@ def _list_elastic_bodies(reduction: RigReduction) -> dict[str, ElasticBody]:
 
 
 def _list_dofs(reduction: RigReduction) -> tuple[Dof, ...]:
-    """Body, node, direction and coordinates of each coordinate; modal ones are no motion of a point."""
+    """Describe each degree of freedom: body, node, direction and coordinates, or modal."""
     result: list[Dof] = []
     for body, rom in reduction.assembly.bodies.items():
         points = reduction.places(body)

@@ -21,25 +21,26 @@ from study.case.tables import Case, StructureTable
 from study.kind.blade.table import DampingTable, ElementName, MaterialTable, with_dimensions
 from study.kind.rig.model import RigModel
 
-#: Sizes of elements [m]: finer ones fill any memory, coarser ones are longer than a contact line.
+#: Smallest and largest element size [m]: smaller elements exceed any memory, larger ones the length of a contact line.
 FINEST, COARSEST = 1e-3, 10e-3
-#: Of ground lines [m]: wider ones are a slip of the unit, and would turn a damper by more than a linear model bears.
+#: Largest gap of a contact line, whose surfaces are ground [m]. A larger value is a mistake of the unit; it would
+#: rotate a damper beyond the range of a linear model.
 WIDEST_GAP = 1e-4
-#: A beam that leans more reads another direction [rad].
+#: Largest inclination of a laser beam [rad]; a beam at a larger angle mostly measures another direction.
 MOST_LEANING = radians(80)
-#: That gap over a line of 1 mm, the same slip.
+#: Largest angle between contact lines [rad]: `WIDEST_GAP` over a line of 1 mm; a larger value is a mistake of the unit.
 WIDEST_ANGLE = 0.1
 
 
 @with_dimensions(Blade)
 class BladeDimensions(CaseModel):
-    """The rig's blade, and the disc on it that the shaker pushes; `kind` is what a blade's own case file says."""
+    """Dimensions of the rig's blade and of the disc that the shaker pushes; `kind` is for tables of a blade's case."""
 
     kind: Literal["rig"] = "rig"
     excitation_radius: Length = Rig.excitation_radius
 
     def blade(self) -> Blade:
-        """Its dimensions, checked as a whole."""
+        """Make the blade, and check its dimensions as a whole."""
         return Blade(**self.model_dump(exclude={"kind", "excitation_radius"}))
 
 
@@ -48,7 +49,7 @@ class DamperDimensions(CaseModel):
     """Dimensions of both dampers."""
 
     def damper(self) -> Damper:
-        """Their dimensions, checked as a whole."""
+        """Make a damper, and check its dimensions as a whole."""
         return Damper(**self.model_dump())
 
 
@@ -57,7 +58,7 @@ class DecouplerDimensions(CaseModel):
     """Dimensions of both de-couplers."""
 
     def decoupler(self) -> Decoupler:
-        """Their dimensions, checked as a whole."""
+        """Make a de-coupler, and check its dimensions as a whole."""
         return Decoupler(**self.model_dump())
 
 
@@ -102,14 +103,14 @@ Inclination = Annotated[Angle, AfterValidator(_inclination)]
 
 
 class RigMeshTable(CaseModel):
-    """Elements of about one size in all bodies."""
+    """Elements of the same approximate size in all bodies."""
 
     element: ElementName = "hex20"
     size: Annotated[Length, AfterValidator(_size), Field(examples=["2.5 mm"])]
 
 
 class BodyModes(CaseModel):
-    """Fixed-interface modes of each body."""
+    """Number of fixed-interface modes of each body."""
 
     blade: Modes
     damper_left: Modes
@@ -123,7 +124,7 @@ def _form(value: Any) -> str:
 
 
 class RigReductionTable(CaseModel):
-    """Craig-Bampton reduction: modes of all bodies together, the lowest first, or a table of each body's."""
+    """Craig-Bampton reduction: number of modes of all bodies together, the lowest first, or of each body."""
 
     modes: Annotated[Annotated[Modes, Tag("together")] | Annotated[BodyModes, Tag("bodies")], Discriminator(_form)] = (
         150
@@ -131,9 +132,9 @@ class RigReductionTable(CaseModel):
 
 
 class PairTable(CaseModel):
-    """Parameters of one contact line; a gap grows linearly from the damper's end to its shoulder.
+    """Parameters of one contact line; its gap varies linearly from the damper's end to its shoulder.
 
-    It is given at both, or at the end and by the angle between the lines.
+    The gap is given at both ends, or at the damper's end and by the angle between the lines.
     """
 
     kn: Positive | None = None
@@ -152,12 +153,12 @@ class PairTable(CaseModel):
 
     @property
     def uneven(self) -> bool:
-        """Whether the line does not lie as drawn."""
+        """Whether the line has a linear gap."""
         return bool(self.gap_start or self.gap_end or self.gap_angle)
 
 
 class ContactTable(CaseModel):
-    """Stiffness and friction of each whole contact line; crowning leaves a gap at its ends that its middle has not."""
+    """Stiffness and friction of each whole contact line; crowning is a gap at its ends that is zero in the middle."""
 
     kn: Positive
     kt: Positive
@@ -171,7 +172,7 @@ class ContactTable(CaseModel):
 
     @property
     def sliding(self) -> Tangents:
-        """The tangents in which all lines slide."""
+        """Tangents along which all lines can slide."""
         return Tangents(self.tangents)
 
 
@@ -192,7 +193,7 @@ class BladeMaterialTable(CaseModel):
 
 
 class RigRootTable(CaseModel):
-    """The clamp of the blade as one rigid piece on springs, stiffness in all along each axis; fixed by default."""
+    """The clamp of the blade as a rigid body on springs, by their total stiffness along each axis; fixed by default."""
 
     stiffness: Positive | None = None
 
@@ -204,20 +205,20 @@ class AccelerometerTable(CaseModel):
 
 
 class StingerTable(CaseModel):
-    """The stinger of the shaker: a spring from where it pushes to the ground, along its axis."""
+    """The stinger of the shaker: a spring along its axis from the excitation point to the ground."""
 
     stiffness: NotNegative = 0.0
 
 
 class LaserTable(CaseModel):
-    """The differential lasers: how far the head at the damper and that at the blade lean from y towards +z."""
+    """The differential lasers: inclination of the beams to damper and blade from y towards +z."""
 
     damper: Lean = 0.0
     blade: Lean = 0.0
 
 
 class WireTable(CaseModel):
-    """What pulls the dampers up into their grooves: wires that lie on a width of the cylinder, all of it by default."""
+    """Dead weights that pull the dampers up into their grooves by wires, over a width of the cylinder or all of it."""
 
     force: Pull = 55.0
     width: Width | None = None
@@ -246,12 +247,12 @@ class RigTable(StructureTable):
 
 
 def make_rig_model(case: Case[RigTable]) -> RigModel:
-    """Rig model of a case, checked.
+    """Make and check the rig model of a case.
 
     Raises
     ------
     CaseError
-        Bodies that cannot be built or do not mate, or a material that does not exist.
+        Bodies cannot be built or do not mate, or a material is impossible.
     """
     table = case.structure
     with located(case, "structure", "blade"):
@@ -285,7 +286,7 @@ def make_rig_model(case: Case[RigTable]) -> RigModel:
 
 
 def _find_table_at_fault(case: Case[RigTable], message: str) -> tuple[str, ...]:
-    """The table of the file with a key that a message on bodies which do not mate speaks of."""
+    """Find the table in the file with a key that the message about bodies that do not mate names."""
     given = find_value({} if case.source is None else case.source.data, ("structure",))
     for table in ("damper", "decoupler", "blade"):
         if find_key_in_message(message, find_value(given, (table,)), {}):
