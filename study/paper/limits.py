@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from math import inf
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from correlation.errors import CampaignError
 from correlation.family.family import Family, measured_families, number_points
 from correlation.family.noise import RepeatErrors, estimate_repeat_errors
 from correlation.family.verdict import FamilyVerdict, count_readings, judge_family
+from pipeline.store import stage
 from study.compare.families import (
     Preloads,
     correct_families,
@@ -22,7 +24,8 @@ from study.compare.families import (
 from study.compare.family_limits import FamilySearch, find_family_limits, find_reaches
 from study.limits.stored_search import run_search
 from study.limits.table import LimitsTable
-from study.paper.model import PaperModel
+from study.paper.case import EffortTable
+from study.paper.model import ModelInputs, PaperModel
 from study.paper.parameters import RigParameters
 from study.run_context import RunContext
 
@@ -175,8 +178,40 @@ def find_limits(
     ComputationFailed
         No rest under the dead weights, or a process that was killed.
     """
+    content = model.campaign.content
+    outcome = run.store.outcome(
+        compute_limits, model.inputs, parameters, measured, model.effort, content, model, run, stem, executor
+    )
+    if outcome.cached:
+        run.progress.stored(f"{stem}: limits")
+    return outcome.value
+
+
+@stage("limits of an iteration", ignore=("model", "run", "stem", "executor"))
+def compute_limits(
+    inputs: ModelInputs,
+    parameters: RigParameters,
+    measured: MeasuredFamilies,
+    effort: EffortTable,
+    content: Mapping[str, Any],
+    model: PaperModel,
+    run: RunContext,
+    stem: str,
+    executor: Executor,
+) -> IterationLimits:
+    """`find_limits` as a stage: offsets of the measured families take seconds for each iteration.
+
+    Parameters
+    ----------
+    inputs, effort, content
+        What the result depends on besides `parameters` and `measured`: inputs of the models, effort of the searches,
+        content of the campaign.
+    parameters, measured, model, run, stem, executor
+        As for `find_limits`.
+    """
+    del inputs, content
     read = model.read(parameters)
-    budget, effort = read.setup.budget, model.effort
+    budget = read.setup.budget
     table = LimitsTable(population=effort.population, samples=effort.samples)
     search = make_family_search(
         read.setup.model, budget, model.campaign, measured.response, table, None, most=effort.frequencies,

@@ -1,5 +1,8 @@
 """The criteria of figure 16 as numbers, on bands and readings that are made by hand."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -8,6 +11,7 @@ from correlation.family.band import PredictedBand
 from correlation.family.family import Family, FamilyCurve
 from correlation.family.noise import ReadingNoise
 from correlation.family.verdict import FamilyVerdict, judge_family
+from pipeline.store import Stage, Store
 from study.paper.case import CriteriaTable, PaperCase
 from study.paper.criteria import DYNAMIC, STATIC_NORMAL, STATIC_TANGENTIAL, judge_forces, judge_response
 from study.paper.limits import IterationLimits
@@ -45,6 +49,16 @@ def test_the_response_is_met_where_the_band_holds_its_readings(reading: float, m
     assert criterion.met is met
     # One of two curves lies inside.
     assert criterion.scores[0].value == pytest.approx(1.0 if met else 0.5)
+
+
+def test_limits_of_an_iteration_are_stored_whole(tmp_path: Path) -> None:
+    limits = IterationLimits(response=(verdict("tip", 1, [1.2, 2.5], (1.0, 2.0)),), forces=())
+    kept = Stage(name="limits", compute=lambda: limits, ignore=frozenset())
+    store = Store(tmp_path)
+    store.run(kept)
+    again = store.outcome(replace(kept, compute=lambda: None))
+    assert again.cached
+    assert judge_response(again.value, criteria()) == judge_response(limits, criteria())
 
 
 @pytest.mark.parametrize(("middle", "met"), [(21.4, True), (25.5, False)])
