@@ -148,7 +148,7 @@ def apply_by_name(
     calibrated: Mapping[str, float],
     added: Sequence[AddedEffect],
 ) -> Model:
-    """Apply `apply_all` to a model of a finer mesh, on which effects of the same names have other rows.
+    """Apply calibrated factors and added effects to a model of a finer mesh, on which effects have other rows.
 
     Raises
     ------

@@ -223,7 +223,7 @@ def _make_setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: Ru
 
 
 def _choose_damping_error(error: NumericalErrorTable) -> float:
-    """Return the error of the damping of each mode; zero by default if the case states no model error."""
+    """Return the error of the damping of each mode; by default zero for a model error of zero (simulated tests)."""
     if error.damping is not None:
         return error.damping
     return DAMPING_ERROR if error.model else 0.0

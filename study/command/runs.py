@@ -31,7 +31,7 @@ CLEAN = format_details(
     examples=["stickslip runs clean solved", "stickslip runs clean solved --yes"],
 )
 
-#: Largest age of a record at which a newer file still counts as written by the run [s].
+#: Largest time by which a file of the run may be newer than the record [s].
 WRITTEN = 2.0
 
 

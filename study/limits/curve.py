@@ -1,4 +1,4 @@
-"""Limits of a case as a stage: a task is stored when it is done, and the whole when all are."""
+"""Search for limits as a stage: each finished task is stored, and the result when all tasks are finished."""
 
 from collections.abc import Callable, Iterator, MutableMapping
 from concurrent.futures import BrokenExecutor, Executor
@@ -20,13 +20,13 @@ from hbsolve.limits.task import StageProgress
 from pipeline.store import stage
 from study.limits.model import LimitSearch
 
-#: Where the stages end, as measured on the wedge damper with 100 histories: what is continued between frequencies and
-#: levels has no number of tasks that is known beforehand, and so moves within its share.
+#: Progress at the end of each stage, measured on the wedge damper with 100 histories. The number of tasks that continue
+#: states between frequencies and levels is not known beforehand; their progress stays within the range of the stage.
 END = {
     "population": 0.38, "neighbours": 0.4, "levels": 0.42, "perturbations": 0.46, "gaps": 0.51, "audit": 0.98,
     "certificates": 1.0,
 }  # fmt: skip
-#: Share of the way from which on it tells the time left: the first tasks also read what is compiled.
+#: Smallest progress at which the time left is reported: the first tasks also load compiled code.
 WORTH_REPORTING = 0.1
 KILLED = (
     "a process of the search for limits was killed, most often for lack of memory: close other programs, or take "
@@ -35,7 +35,7 @@ KILLED = (
 
 
 class SearchProgress:
-    """Turns what a search reports into a share that only grows; what was found in files counts as no work.
+    """Converter of reports of a search into increasing progress; tasks that were stored earlier do not count.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class SearchProgress:
         begin = END[names[number - 1]] if number else 0.0
         share = begin + (END[progress.stage] - begin) * progress.done / max(progress.total, 1)
         self._done = max(self._done, share)
-        # The first task that this run computes begins its clock.
+        # Progress counts from the first task that this run computes.
         if not self._computed:
             self._before = self._done
             self._computed = progress.done < progress.total
@@ -73,8 +73,8 @@ class LimitSearchResult:
     limits
         Limits of the objective.
     amplitude
-        Amplitude of the output where the loss factor is extreme, first where it is largest, shape (2, l, f) [m]; None
-        for other objectives.
+        Amplitude of the output at the extreme loss factors, the largest one first, shape (2, l, f) [m]; None for other
+        objectives.
     """
 
     limits: ResponseLimits
@@ -99,23 +99,23 @@ def search_limits(
     executor: Executor | None = None,
     report: Callable[[float, float], None] | None = None,
 ) -> LimitSearchResult:
-    """Search for the limits, or go on with a search that was stopped.
+    """Search for the limits, or continue a search that was interrupted.
 
     Parameters
     ----------
     search
-        Request of the case.
+        Search of the case.
     tasks
-        Results of those that are done.
+        Results of finished tasks.
     executor
-        Runs them; this process by default.
+        Executor of the tasks; this process by default.
     report
-        Progress.
+        Function that receives the progress.
 
     Raises
     ------
     ComputationFailed
-        No rest under the static load, or a process that was killed.
+        There is no state of rest under the static load, or a process was killed.
     """
     options: dict[str, Any] = {"settings": search.settings, "store": tasks, "executor": executor}
     if report is not None:

@@ -1,4 +1,4 @@
-"""Whether a search for limits looks often enough: between two of its frequencies a resonance must not hide."""
+"""Check of the frequencies of a search for limits: their step must not be wider than a resonance."""
 
 from dataclasses import dataclass
 from math import pi
@@ -11,22 +11,22 @@ from reduction.stuck import stick_at_rest
 from study.limits.model import LimitSearch
 from study.limits.table import MOST_POINTS
 
-#: A mode counts if its own peak at the output is at least this share of the largest in the band.
+#: Smallest peak of a checked mode at the output, relative to the largest in the band [-].
 DRIVEN = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
 class NarrowResonance:
-    """A resonance with the contacts stuck, narrower than the step between frequencies of the limits; all in Hz."""
+    """A resonance with stuck contacts that is narrower than the step between frequencies of the limits; all in Hz."""
 
     frequency: float
     width: float
     step: float
     band: float
-    """From the first to the last frequency."""
+    """Width of the range from the first to the last frequency."""
 
     def sentence(self, *, listed: bool) -> str:
-        """Warning with the remedy, which differs where the frequencies are a list."""
+        """Return a warning with the remedy, which depends on whether the frequencies are a list."""
         fit = self.width / 4
         remedy = f"take a step of {fit:.2g} Hz"
         if listed:
@@ -41,23 +41,23 @@ class NarrowResonance:
 
 
 def find_narrow_resonance(search: LimitSearch) -> NarrowResonance | None:
-    """The resonance within the band that its frequencies fit worst; None where all are wide enough.
+    """Find the resonance in the band with the largest ratio of step to width; None if no step exceeds a width.
 
     Parameters
     ----------
     search
-        With a band of frequencies and an output; contact forces are not examined.
+        Search with a band of frequencies and an output; searches for contact forces are not checked.
     """
     omega, system = np.array(search.angular_frequency), search.system
     if search.row is None or len(omega) < 2:
         return None
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
-    # Harmonic h drives a mode at the h-th part of its frequency.
+    # Harmonic h excites a mode at its frequency divided by h.
     natural, shapes = np.sqrt(modes.lambda_.clip(min=0)), modes.mode_shapes
     own = natural / search.harmonic
     driven = np.abs((search.row @ shapes) * (system.dynamic[search.harmonic] @ shapes))
     width = modal_damping(system, shapes, natural) / search.harmonic  # 2 zeta omega, at half the power
-    # Without damping a resonance has no width that a step could fit.
+    # A resonance without damping has no width.
     inside = np.flatnonzero((own > omega[0]) & (own < omega[-1]) & (driven > 0) & (width > 0))
     if not len(inside):
         return None

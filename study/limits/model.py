@@ -1,4 +1,4 @@
-"""From a case to the search for limits that it asks for, which holds all that the limits depend on."""
+"""The search for limits of a case, with all inputs of the limits."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -28,37 +28,37 @@ from study.solve.result import find_main_harmonic
 
 Real = NDArray[np.float64]
 Sweep: TypeAlias = FrequencySweepTable | LevelSweepTable | ControlledSweepTable | None
-#: Without a step the band has so many intervals.
+#: Number of intervals of a band without a step.
 INTERVALS = 50
-#: Numbers of a contact's directions, as `ContactForceHarmonic` counts them.
+#: Indices of a contact's directions in `ContactForceHarmonic`.
 DIRECTION = {"tangential": 0, "second tangential": 1, "normal": -1}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LimitSearch:
-    """All that limits depend on.
+    """All inputs of a search for limits.
 
     Parameters
     ----------
     system
-        With its loads at level 1.
+        System with its loads at level 1.
     harmonics, n_sample
         H, and samples per period, 0 for the solver's choice [-].
     objective
         Quantity whose limits are computed.
     harmonic
-        The one that amplitudes are of [-].
+        Harmonic of amplitudes [-].
     base
-        Acceleration of a shaken base that the output reads beside, in that harmonic at level 1 [m/s^2].
+        Acceleration of a moving base in this harmonic at level 1, which the reading of the output includes [m/s^2].
     row
-        Row of the output whose amplitude is bounded, or, for the loss factor, given where that is extreme, shape (r,);
-        None for forces.
+        Row of the output whose amplitude is bounded, or for the loss factor reported at the limits, shape (r,); None
+        for forces.
     angular_frequency, levels
-        Ascending [rad/s, -].
+        Frequencies and levels, ascending [rad/s, -].
     nominal
-        Centre of the box, shape (s,) [m]; None for rest under the static load.
+        Nominal slider positions, the centre of the box, shape (s,) [m]; None for rest under the static load.
     reach
-        w_max [m]; None for the default.
+        Reach w_max of the sliders [m]; None for the default.
     settings
         Effort of the search.
     """
@@ -77,18 +77,18 @@ class LimitSearch:
     settings: LimitSettings
 
     def balance(self) -> HarmonicBalance:
-        """Harmonic balance of the search."""
+        """Make the harmonic balance of the search."""
         return HarmonicBalance(system=self.system, n_harmonic=self.harmonics + 1, n_sample=self.n_sample)
 
     def problem(self) -> LimitProblem:
-        """The problem of the search.
+        """Make the problem of the search.
 
         Raises
         ------
         BalanceError
-            As `limit_problem`.
+            See `limit_problem`.
         ComputationFailed
-            There is no rest under the static load.
+            There is no state of rest under the static load.
         """
         try:
             return limit_problem(self.balance(), self.objective, nominal=self.nominal, reach=self.reach)
@@ -102,23 +102,23 @@ def make_limit_search(
     sweep: Sweep,
     model: SolveModel,
 ) -> LimitSearch:
-    """The search that a case asks for.
+    """Make the search for limits of a case.
 
     Parameters
     ----------
     case
-        Names file and line of a mistake.
+        Case, for file and line of a mistake.
     table
         Table [limits] of the case.
     sweep
-        Table [sweep] of the case, for what [limits] leaves out; None if there is none.
+        Table [sweep] of the case, for keys that [limits] does not give; None if there is none.
     model
-        Model of the case; the box lies around its rest.
+        Model of the case, whose state of rest is the nominal one by default.
 
     Raises
     ------
     CaseError
-        An output, contact, frequency or level that there is not, or contacts whose limits cannot be searched for.
+        An output, contact, frequency or level is missing, or limits cannot be computed for the joints of the case.
     """
     omega, levels = list_limit_points(case, table, sweep)
     warn_of_high_frequency(model.system, omega)
@@ -155,39 +155,39 @@ def make_limit_search(
             problem = search.problem()
         except BalanceError as error:
             raise _make_case_error(error) from error
-    # From here on nothing depends on what this process found.
+    # With the values inserted, the search does not depend on defaults that this process has computed.
     return replace(search, nominal=problem.box.nominal, reach=float(problem.box.reach.max()))
 
 
 def list_limit_points(case: CaseModel, table: LimitsTable, sweep: Sweep) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Angular frequencies [rad/s] and levels [-], both ascending.
+    """List angular frequencies [rad/s] and levels [-], both ascending.
 
     Raises
     ------
     CaseError
-        There are none, or too many.
+        There are no frequencies or levels, or too many.
     """
     with located(case, "limits"):
         return tuple(2 * pi * item for item in _choose_frequencies(table, sweep)), _choose_levels(table, sweep)
 
 
 def _make_case_error(error: BalanceError) -> BalanceError:
-    """The system speaks of numbers; the case of its tables."""
+    """Make the error for the case's table from an error of the numerical package."""
     return BalanceError(f"the response limits cannot be computed: {error}")
 
 
 def choose_bounded_output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor | None:
-    """The sensor whose amplitude a table of one objective bounds; None for forces; see `choose_output`."""
+    """Choose the sensor whose amplitude a table of one objective bounds; None for forces; see `choose_output`."""
     return None if table.objective in FORCES else choose_output(table, outputs)
 
 
 def choose_output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor:
-    """The sensor that [limits] names, or the first.
+    """Choose the sensor that [limits] names, or the first one.
 
     Raises
     ------
     BalanceError
-        There is none of that name.
+        There is no sensor of this name.
     """
     if table.sensor is None:
         return outputs[0]
@@ -199,7 +199,7 @@ def choose_output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor:
 
 
 def make_objective(table: LimitsTable, output: Sensor | None, model: SolveModel) -> Objective:
-    """Objective of a table: of an output, or else of a contact or line.
+    """Make the objective of a table: for an output, or without an output for a contact or line.
 
     Raises
     ------
@@ -219,7 +219,7 @@ def make_objective(table: LimitsTable, output: Sensor | None, model: SolveModel)
 
 
 def find_contacts(name: str, model: SolveModel) -> tuple[str, ...]:
-    """Contacts of a line, or the one of this name.
+    """Find the contacts of the line of this name, or the contact of this name.
 
     Raises
     ------
@@ -236,7 +236,7 @@ def find_contacts(name: str, model: SolveModel) -> tuple[str, ...]:
 
 
 def _make_output_harmonic(output: Sensor, model: SolveModel) -> OutputHarmonic:
-    """The amplitude that a sensor reads, with the motion of a shaken base if it does not read relative to it."""
+    """Make the objective of a sensor's amplitude, with the motion of the base unless the sensor is relative to it."""
     harmonic, carried = find_main_harmonic(model.system), model.base_acceleration(output)
     base = 0.0 if carried is None or harmonic >= len(carried) else complex(carried[harmonic])
     return OutputHarmonic(row=output.row, harmonic=harmonic, base=base)
@@ -276,7 +276,10 @@ def _choose_levels(table: LimitsTable, sweep: Sweep) -> tuple[float, ...]:
 
 
 def _choose_nominal(table: LimitsTable, sweep: Sweep, model: SolveModel) -> Real | None:
-    """Centre of the box: rest under dead weights or the static load, sliders without tension, or given ones [m]."""
+    """Choose the nominal slider positions: at rest under dead weights or the static load, zero, or given ones [m].
+
+    None is for rest under the static load.
+    """
     if table.nominal == "rest":
         return None if isinstance(sweep, LevelSweepTable) else model.slider
     names = [

@@ -1,4 +1,4 @@
-"""Pictures of the limits of one quantity: the band, what contacts do at the limits, limits against level."""
+"""Pictures of the limits of one quantity: the band, contact states at the limits, and limits over level."""
 
 import numpy as np
 
@@ -10,23 +10,23 @@ from reduction.array_type import Whole
 from study.limits.result import LimitCurves
 from study.solve.result import DRAWN_STATES
 
-#: Columns of a figure that can still be read.
+#: Largest number of readable columns in a figure.
 MOST_LEVELS = 6
 
 
 def name_levels(curves: LimitCurves, *, in_newtons: bool) -> list[str]:
-    """Words for each level."""
+    """Name each level."""
     return [f"{level:g} N" if in_newtons else f"level {level:g}" for level in curves.limits.level]
 
 
 def choose_levels(curves: LimitCurves) -> Whole:
-    """Numbers of levels whose panels can still be read side by side, the ends among them."""
+    """Choose the indices of at most `MOST_LEVELS` levels, with the first and the last."""
     n_level = len(curves.limits.level)
     return np.unique(np.linspace(0, n_level - 1, min(n_level, MOST_LEVELS)).round().astype(np.int64))
 
 
 def make_band(curves: LimitCurves, level: int, label: str) -> Band:
-    """The band of one level over frequency."""
+    """Make the band of one level over frequency."""
     return Band(
         label=label,
         frequency=curves.limits.frequency,
@@ -38,7 +38,7 @@ def make_band(curves: LimitCurves, level: int, label: str) -> Band:
 
 
 def draw_limits(curves: LimitCurves, title: str, *, in_newtons: bool) -> dict[str, object]:
-    """Figures of one quantity, by name."""
+    """Make the figures of one quantity, by name."""
     limits = curves.limits
     drawn: dict[str, object] = {}
     names = name_levels(curves, in_newtons=in_newtons)

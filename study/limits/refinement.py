@@ -1,4 +1,4 @@
-"""More harmonics at the limits of a case as a stage."""
+"""Refinement of limits by more harmonics, as a stage."""
 
 from collections.abc import Callable
 
@@ -20,18 +20,18 @@ def refined_limits(
     tolerance: float,
     report: Callable[[float, float], None] | None = None,
 ) -> ResponseLimits:
-    """Limits with as many harmonics and samples as a tolerance needs.
+    """Compute limits with as many harmonics and samples as a tolerance requires.
 
     Parameters
     ----------
     search
-        Request of the case.
+        Search of the case.
     limits
-        Limits that it found.
+        Limits from the search.
     tolerance
-        Relative error of what is bounded [-].
+        Relative error of the bounded quantity [-].
     report
-        Progress over the limits.
+        Function that receives the progress over the limits.
     """
     rows = None if search.row is None else search.row[None]
     return refine_limits(search.problem(), limits, tolerance, rows=rows, report=report)
@@ -40,18 +40,18 @@ def refined_limits(
 def refine_to_tolerance(
     search: LimitSearch, limits: ResponseLimits, tolerance: float | None, run: RunContext, name: str = ""
 ) -> ResponseLimits:
-    """Limits refined to the tolerance of the case, if it has one, with a warning where it is not reached.
+    """Refine limits to the tolerance of the case, if it has one, and warn if the tolerance is not reached.
 
     Parameters
     ----------
     search, limits
-        Search and what it found.
+        Search and its limits.
     tolerance
-        That of ``[harmonics]`` [-]; None if it is not given.
+        Tolerance of ``[harmonics]`` [-]; None if it is not given.
     run
         Store and progress of the run.
     name
-        Words for what is bounded, where there are several quantities.
+        Name of the bounded quantity, if there are several.
     """
     if tolerance is None:
         return limits

@@ -1,4 +1,4 @@
-"""Report of ``stickslip limits``: a table for people, a document for programs."""
+"""Report of ``stickslip limits``: a table of text and a JSON document."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,7 +12,7 @@ from study.limits.run import LimitsResult
 
 
 def document_limits(limited: LimitsResult) -> dict[str, Any]:
-    """The document of ``--json``."""
+    """Make the document of ``--json``."""
     limits = limited.curves.limits
     return {
         "objective": limited.objective,
@@ -30,7 +30,7 @@ def document_limits(limited: LimitsResult) -> dict[str, Any]:
 
 
 def describe_refinement(curves: Sequence[LimitCurves]) -> dict[str, Any]:
-    """Change of the limits by more harmonics, if they were computed with more."""
+    """Describe the change of the limits by more harmonics, if they were refined."""
     if not any(item.is_refined for item in curves):
         return {}
     change = []
@@ -46,7 +46,7 @@ def describe_refinement(curves: Sequence[LimitCurves]) -> dict[str, Any]:
 
 
 def list_refinement_remarks(document: Mapping[str, Any]) -> list[str]:
-    """The same as lines of a report."""
+    """Format the result of `describe_refinement` as lines of a report."""
     if "highest_harmonic" not in document:
         return []
     remarks = [
@@ -63,7 +63,7 @@ def list_refinement_remarks(document: Mapping[str, Any]) -> list[str]:
 
 
 def describe_levels(curves: LimitCurves) -> list[dict[str, Any]]:
-    """Summary of the limits of each level."""
+    """Summarise the limits of each level."""
     limits = curves.limits
     last = len(limits.frequency) - 1
     levels = []
@@ -91,7 +91,7 @@ def describe_levels(curves: LimitCurves) -> list[dict[str, Any]]:
 
 
 def format_limits_report(limited: LimitsResult) -> str:
-    """The same as a table."""
+    """Format the report as a table."""
     document = document_limits(limited)
     reach = float(limited.curves.limits.reach.max())
     box = f"at most {1e6 * reach:.4g} um from rest" if np.isfinite(reach) else "anywhere"
@@ -147,16 +147,16 @@ def _list_remarks(document: dict[str, Any]) -> list[str]:
 
 
 def _compute_widest(value: np.ndarray[Any, np.dtype[np.float64]]) -> float | None:
-    """Largest ratio of the limits where both are positive."""
+    """Largest ratio of upper to lower limit where the lower one is positive; None if it never is."""
     there = value[0] > 0
     return float(np.max(value[1][there] / value[0][there])) if there.any() else None
 
 
 def find_largest(values: np.ndarray[Any, np.dtype[np.float64]]) -> float:
-    """Largest of the known values; NaN where none is."""
+    """Largest of the known values; NaN if all are unknown."""
     return float(np.nanmax(values)) if np.isfinite(values).any() else float("nan")
 
 
 def format_or_dash(value: float | None, digits: int) -> str:
-    """With so many digits; a dash where there is none."""
+    """Format a value with a number of digits; a dash for None."""
     return "-" if value is None else f"{value:.{digits}g}"

@@ -1,4 +1,4 @@
-"""Limits as people and other programs want them: in the unit of the surface, and as CSV."""
+"""Limits for output: in the units of reports, and as CSV."""
 
 import csv
 import io
@@ -26,7 +26,7 @@ Real = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LimitCurves:
-    """Limits of what the case asks for; arrays of both sides have the lower limit first.
+    """Limits of one quantity of a case; arrays of both sides have the lower limit first.
 
     Parameters
     ----------
@@ -35,16 +35,16 @@ class LimitCurves:
     quantity, unit
         Quantity in words, and its unit.
     has_peaks
-        Whether a level is summed up by the highest points of both limits, as of an amplitude; a static
-        force is summed up by its range.
+        Whether a level is summarised by the highest points of both limits, as for an amplitude; a static force is
+        summarised by its range.
     order
-        Side of `limits` that gives the lower and the upper limit: the largest loss factor gives the lower one.
+        Sides of `limits` with the lower and the upper limit: the largest loss factor gives the lower limit.
     value
-        Refined limits where the case has a tolerance, shape (2, l, f) [unit].
+        Limits, refined if the case has a tolerance, shape (2, l, f) [unit].
     sampled
-        Lowest and highest sampled state, shape (2, l, f) [unit]; NaN where there is none.
+        Lowest and highest sampled state, shape (2, l, f) [unit]; NaN if there is none.
     searched
-        Limits with the harmonics of the search, as the sampled states are, shape (2, l, f) [unit].
+        Limits with the harmonics of the search and of the sampled states, shape (2, l, f) [unit].
     """
 
     limits: ResponseLimits
@@ -58,7 +58,7 @@ class LimitCurves:
 
     @property
     def is_refined(self) -> bool:
-        """Whether limits were found again with more harmonics."""
+        """Whether limits were refined by more harmonics."""
         return bool(self.limits.refined_harmonic.any())
 
     @property
@@ -68,21 +68,21 @@ class LimitCurves:
 
     @property
     def jump(self) -> Bool[NDArray[np.bool_], "2 l f"]:
-        """Whether a point lies on another branch of optima than a neighbour, shape (2, l, f)."""
+        """Whether a point is on another branch of optima than a neighbour, shape (2, l, f)."""
         return np.asarray(self.limits.jump[[*self.order]])
 
     @property
     def repaired(self) -> Bool[NDArray[np.bool_], "2 l f"]:
-        """Whether a sampled state led to a point, shape (2, l, f)."""
+        """Whether a point was repaired from a sampled state, shape (2, l, f)."""
         return np.asarray(self.limits.repaired[[*self.order]])
 
     @property
     def share(self) -> Float[Real, "2 l f 3"]:
-        """Shares of the period in which sliders stick, slip and are separated, shape (2, l, f, 3) [-]."""
+        """Fractions of the period in which sliders stick, slip and are separated, shape (2, l, f, 3) [-]."""
         return np.asarray(self.limits.share[[*self.order]])
 
     def extreme(self, side: int, level: int) -> int | None:
-        """Frequency that sums up a limit of a level; None if none was found."""
+        """Index of the frequency that summarises a limit of a level; None if no limit was found."""
         values = self.value[side, level]
         if np.isnan(values).all():
             return None
@@ -90,7 +90,7 @@ class LimitCurves:
 
 
 def name_quantity(table: LimitsTable, output: Sensor | None, motion: str = "") -> str:
-    """Words for what a table bounds, as `convert_limits` takes it."""
+    """Name the quantity that a table bounds; for the parameters see `convert_limits`."""
     if output is None:
         kind = "mean" if table.objective == "static force" else "amplitude"
         return f"{table.direction or 'tangential'} force of {table.contact}, {kind}"
@@ -100,7 +100,7 @@ def name_quantity(table: LimitsTable, output: Sensor | None, motion: str = "") -
 def convert_own_limits(
     search: LimitSearch, table: LimitsTable, result: LimitSearchResult, model: SolveModel, run: RunContext
 ) -> LimitCurves:
-    """Limits of the one objective of a case, refined to the tolerance of the case; see `convert_limits`."""
+    """Refine the limits of the single objective of a case to its tolerance, and convert them; see `convert_limits`."""
     result = replace(result, limits=refine_to_tolerance(search, result.limits, model.tolerance, run))
     output = choose_bounded_output(table, model.outputs)
     return convert_limits(table, output, search.harmonic, result, model.motion_of(output))
@@ -109,20 +109,20 @@ def convert_own_limits(
 def convert_limits(
     table: LimitsTable, output: Sensor | None, harmonic: int, result: LimitSearchResult, motion: str = ""
 ) -> LimitCurves:
-    """Convert the result of a search into the unit of the surface.
+    """Convert the result of a search into the units of reports.
 
     Parameters
     ----------
     table
-        Request of the case.
+        Table [limits] of the case.
     output
-        Sensor whose amplitude it is; None for forces.
+        Sensor whose amplitude is bounded; None for forces.
     harmonic
         Harmonic of the amplitude [-].
     result
         Result of the search in SI units.
     motion
-        "absolute" or "relative" on a shaken base.
+        "absolute" or "relative" on a moving base, otherwise empty.
     """
     limits = result.limits
     order, value, sampled, unit = (0, 1), limits.best_value, limits.sampled, "N"
@@ -135,7 +135,7 @@ def convert_limits(
             value, sampled, searched = scale * value, scale * sampled, scale * searched
         else:
             order, quantity = (1, 0), f"{quantity} at the extreme loss factor"
-            # What was sampled is the loss factor.
+            # The sampled values are loss factors, not amplitudes.
             value, sampled = scale * result.amplitude, np.full(value.shape, np.nan)
             searched = value
     return LimitCurves(
@@ -145,7 +145,7 @@ def convert_limits(
 
 
 def format_limits_csv(curves: LimitCurves) -> str:
-    """One line per level and frequency, with what is known about both limits."""
+    """Format the limits as CSV, one line per level and frequency."""
     stream = io.StringIO()
     write = csv.writer(stream, lineterminator="\n").writerow
     columns = [list_columns(curves, side, f" [{curves.unit}]") for side in range(len(SIDES))]
@@ -156,7 +156,7 @@ def format_limits_csv(curves: LimitCurves) -> str:
 
 
 def list_rows(curves: LimitCurves, columns: Sequence[Mapping[str, NDArray[Any]]]) -> Iterator[list[str]]:
-    """Cells of each level and frequency: these, the sampled states, and the columns of both sides."""
+    """Yield the cells of each level and frequency: level, frequency, count of sampled states, columns of both sides."""
     limits = curves.limits
     for level, frequency in np.ndindex(len(limits.level), len(limits.frequency)):
         at = level, frequency
@@ -166,7 +166,7 @@ def list_rows(curves: LimitCurves, columns: Sequence[Mapping[str, NDArray[Any]]]
 
 
 def list_columns(curves: LimitCurves, side: int, unit: str) -> dict[str, NDArray[Any]]:
-    """Columns of one limit by heading; headings of values end with their unit, such as " [um]"."""
+    """List the columns of one limit by heading; headings of values end with `unit`, such as " [um]"."""
     limits, row, name = curves.limits, curves.order[side], SIDES[side]
     result: dict[str, NDArray[Any]] = {f"{name}{unit}": curves.value[side]}
     if curves.is_refined:

@@ -1,4 +1,4 @@
-"""``stickslip limits``: the band of responses that unknown friction history can produce, of a rig or a structure."""
+"""``stickslip limits``: the band of responses that unknown friction history can produce, for any kind of structure."""
 
 import tempfile
 from collections.abc import Callable
@@ -29,11 +29,11 @@ class LimitsResult:
     Parameters
     ----------
     curves
-        The limits.
+        Limits.
     objective
-        Objective, as the case names it.
+        Name of the objective in the case.
     files
-        Written ones.
+        Written files.
     """
 
     curves: LimitCurves
@@ -51,14 +51,15 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     run
         Output folder, store and progress of the run.
     executor
-        Runs the tasks of the search, such as dask's; a process for each core by default. The limits are the same.
+        Executor of the tasks of the search, such as dask's; a process for each core by default. The limits do not
+        depend on it.
 
     Raises
     ------
     CaseError
-        With every mistake of the case.
+        If the case has mistakes; the error lists all of them.
     ComputationFailed
-        No rest under the static load, or a process that was killed.
+        There is no state of rest under the static load, or a process was killed.
     """
     assert run.output is not None
     opened, model = read_limited_case(path, run)
@@ -77,7 +78,7 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
 
 
 def read_limited_case(path: Path, run: RunContext) -> tuple[OpenCase, SolveModel]:
-    """A case and its model, refused before a structure is reduced if no search can follow: that takes minutes.
+    """Read a case for a search and make its model; mistakes are reported before the reduction, which takes minutes.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ def read_limited_case(path: Path, run: RunContext) -> tuple[OpenCase, SolveModel
     Raises
     ------
     CaseError
-        With every mistake of the case.
+        If the case has mistakes; the error lists all of them.
     """
     opened = open_case(path)
     case, table = opened.case, opened.case.limits
@@ -102,14 +103,14 @@ def read_limited_case(path: Path, run: RunContext) -> tuple[OpenCase, SolveModel
 
 
 def warn_of_narrow_resonance(search: LimitSearch, table: LimitsTable, run: RunContext) -> None:
-    """Say where the frequencies of a search may pass by a resonance."""
+    """Warn of a resonance that may be between the frequencies of a search."""
     narrow = find_narrow_resonance(search)
     if narrow is not None:
         run.warn(narrow.sentence(listed=table.frequencies is not None))
 
 
 def write_netcdf_file(file: Path, save: Callable[[Path], None]) -> None:
-    """Save such that a reader finds the old file or the new one."""
+    """Replace a netCDF file at once, so that a reader finds the old or the new file."""
     with tempfile.TemporaryDirectory() as folder:
         draft = Path(folder) / file.name
         save(draft)

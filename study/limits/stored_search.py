@@ -1,4 +1,4 @@
-"""A search for limits whose finished tasks are stored beside the results, so that a search that was stopped goes on."""
+"""Search for limits with finished tasks stored in the output folder, so that an interrupted search can continue."""
 
 from concurrent.futures import Executor
 from contextlib import nullcontext
@@ -15,27 +15,27 @@ Found = TypeVar("Found")
 def run_search(
     searched: Stage[..., Found], search: object, stem: str, run: RunContext, executor: Executor | None
 ) -> Found:
-    """From the store, or searched for, each task stored beside the results until all are there.
+    """Return a stored result, or run the search; finished tasks are stored in the output folder until the end.
 
     Parameters
     ----------
     searched
-        Stage that takes the search, and its tasks, executor and progress.
+        Stage that runs the search, with its tasks, executor and progress.
     search
-        What is searched for.
+        Input of the stage.
     stem
         Stem of the folder of finished tasks.
     run
         Output folder, store and progress of the run.
     executor
-        Runs the tasks; by default the scheduler of the run, or a process for each core.
+        Executor of the tasks; by default the scheduler of the run, or a process for each core.
 
     Raises
     ------
     ComputationFailed
-        No rest under the static load, or a process that was killed.
+        There is no state of rest under the static load, or a process was killed.
     InputError
-        No scheduler that can be used answers at the address.
+        No usable scheduler answers at the address.
     """
     assert run.output is not None
     known = run.store.look_up(searched, search)

@@ -1,6 +1,6 @@
-"""The table ``[limits]`` of a case: what ``stickslip limits`` bounds, where, and how hard it searches.
+"""The table ``[limits]`` of a case: bounded quantity, frequencies, levels and effort of the search.
 
-What it leaves out is that of ``[sweep]``.
+Frequencies and levels that are not given are those of ``[sweep]``.
 """
 
 from typing import Annotated, Literal, Self
@@ -12,7 +12,7 @@ from casefile.table import CaseModel
 from casefile.validation import require_different
 from study.case.sweep_table import Level
 
-#: Points of one level; more are a mistake in the step.
+#: Largest number of points of one level; more points are a mistake of the step.
 MOST_POINTS = 2000
 
 Hertz = Annotated[Frequency, Field(gt=0, examples=["122 Hz"])]
@@ -20,12 +20,12 @@ Name = Annotated[str, Field(min_length=1, max_length=60)]
 Number = Annotated[int, Field(strict=True, ge=1, le=100_000)]
 ObjectiveName = Literal["amplitude", "loss factor", "static force", "dynamic force", "all"]
 FORCES = ("static force", "dynamic force")
-#: Amplitudes of the sensors of motion, static and dynamic forces of the lines, in one search.
+#: Objective for amplitudes of all sensors of motion and static and dynamic forces of all lines, in one search.
 EVERYTHING = "all"
 UNBOUNDED = "unbounded"
 
 
-#: A length by which sliders are displaced.
+#: Dimension of slider displacements.
 SLIDER_BOUND = Dimension("a length", "m", "5 um")
 
 
@@ -39,7 +39,7 @@ def _reach(value: object) -> object:
 
 
 class LimitsTable(CaseModel):
-    """Quantity that is bounded over all friction histories."""
+    """Search for the limits of a quantity over all friction histories."""
 
     objective: ObjectiveName = "amplitude"
     sensor: Name | None = None

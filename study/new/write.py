@@ -31,7 +31,7 @@ DRAFTERS: Mapping[str, Drafter] = {
 }
 #: Half-width of the sweep, relative to the first natural frequency [-].
 BAND = 0.1
-#: Largest frequency of a rigid-body motion, relative to the seventh frequency or the highest [-].
+#: Largest frequency of a rigid motion, relative to the seventh frequency, or to the last one of fewer [-].
 RIGID = 1e-3
 
 

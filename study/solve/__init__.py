@@ -1,1 +1,1 @@
-"""``stickslip solve``: response curves."""
+"""``stickslip solve``: response curves of structures with joints."""

@@ -1,4 +1,4 @@
-"""Response control: a curve over frequency at a constant amplitude of a sensor."""
+"""Response control: curves over frequency at a constant amplitude of a sensor."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,23 +17,23 @@ Row = Float[NDArray[np.float64], " r"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AmplitudeControl:
-    """Amplitude of a sensor that the level of the harmonic force keeps constant.
+    """Amplitude of a sensor that is kept constant by the level of the harmonic force.
 
     Parameters
     ----------
     sensor
         Name of the sensor.
     row
-        Its row over all degrees of freedom, its gain in it, shape (r,) [-].
+        Row of the sensor over all degrees of freedom, including its gain, shape (r,) [-].
     derivative
-        Whether it reads the displacement (0), the velocity (1) or the acceleration (2).
+        Quantity of the sensor: displacement (0), velocity (1) or acceleration (2).
     amplitude
-        Of the first harmonic of its reading [m, m/s or m/s^2].
+        Amplitude of the first harmonic of the reading [m, m/s or m/s^2].
     base_acceleration
-        Acceleration of each degree of freedom with a shaken base at level 1, shape (r,) [m/s^2 / Omega^p]; None where
-        none is in the reading.
+        Acceleration of each degree of freedom with a moving base at level 1, shape (r,) [m/s^2 / Omega^p]; None if the
+        reading does not include it.
     level_power
-        p: levels are times Omega^p [-].
+        Power p of the factor Omega^p on levels [-].
     """
 
     sensor: str
@@ -53,14 +53,14 @@ class AmplitudeControl:
         slider: Row | None,
         report: Callable[[float, float], None],
     ) -> ResponseBranch:
-        """The curve between two Omega [rad/s], see `controlled_response`."""
+        """Compute the curve between two angular frequencies [rad/s], see `controlled_response`."""
         return controlled_response(
             balance, self.row, self.amplitude, first, last,
             derivative=self.derivative, base=self._base(balance), step=step, slider=slider, report=report,
         )  # fmt: skip
 
     def _base(self, balance: HarmonicBalance) -> BaseExcitation | None:
-        """The base in the reading, whose motion and inertia are those of all degrees of freedom at level 1."""
+        """Make the base excitation that the reading includes, from the motions and inertia loads at level 1."""
         if self.base_acceleration is None:
             return None
         largest = self.base_acceleration[int(np.argmax(np.abs(self.base_acceleration)))]

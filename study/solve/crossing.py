@@ -1,4 +1,4 @@
-"""Branches that cross one response curve at its branch points as a stage."""
+"""Branches that cross a response curve at its branch points, as a stage."""
 
 from dataclasses import replace
 
@@ -15,16 +15,16 @@ from study.solve.curve import RequestedCurve
 def find_crossing_branches(
     system: JointedSystem, branch: ResponseBranch, stability: BranchStability, harmonics: int, n_sample: int
 ) -> tuple[ResponseBranch, ...]:
-    """Branches that leave a curve at its branch points, one to either side of each.
+    """Find the branches that leave a curve at its branch points, one to either side of each.
 
     Parameters
     ----------
     system
-        With its loads at level 1.
+        System with its loads at level 1.
     branch
         Points of the curve.
     stability
-        Of the curve, with its bifurcations.
+        Stability of the curve, with its bifurcations.
     harmonics, n_sample
         H, and samples per period, 0 for the solver's choice [-].
     """
@@ -34,5 +34,5 @@ def find_crossing_branches(
 
 
 def name_crossing_branch(curve: RequestedCurve, number: int) -> RequestedCurve:
-    """The request of a curve with the label of the branch that crosses it and has this number."""
+    """Make the request of a crossing branch: that of the curve, labelled with the number of the branch."""
     return replace(curve, label=f"{curve.label}, branch {number}")

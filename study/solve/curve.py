@@ -1,4 +1,4 @@
-"""One response curve as a stage: started, continued from where it was stopped, and stored when it is done."""
+"""A response curve as a stage: a finished curve is stored, an interrupted one is continued from its saved points."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,32 +20,32 @@ from reduction.jointed_system import JointedSystem
 from study.solve.amplitude_control import AmplitudeControl
 
 Row = Float[NDArray[np.float64], " r"]
-#: Share of the way from which on it tells the time left.
+#: Smallest progress at which the time left is reported.
 WORTH_REPORTING = 0.03
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RequestedCurve:
-    """One curve that a case asks for.
+    """Request of a case for one curve.
 
     Parameters
     ----------
     parameter
-        Parameter that varies along it, "frequency" or "level".
+        Parameter that varies along the curve, "frequency" or "level".
     first, last
         Ends of the curve [rad/s, or - for levels].
     fixed
-        The other one of the two, or the amplitude that is held [rad/s, -, or SI].
+        Constant level or frequency, or controlled amplitude [-, rad/s, or SI].
     step
-        The largest along it, in the unit of its ends; None leaves it to the solver.
+        Largest step along the curve, in the unit of its ends; None for the solver's choice.
     label
-        For people: "level 3", "40 Hz".
+        Label of the curve, such as "level 3" or "40 Hz".
     slider
-        Slider positions at its start, shape (s,) [m]; springs without tension by default.
+        Initial slider positions, shape (s,) [m]; springs without tension by default.
     level_power
-        Levels are times Omega^level_power [-].
+        Power of the factor Omega^level_power on levels [-].
     control
-        What the level of each point of a curve over frequency holds; None where the level is given.
+        Controlled amplitude of a curve over frequency; None for given levels.
     """
 
     parameter: str
@@ -68,33 +68,33 @@ def response_curve(
     checkpoint: Checkpoint | None = None,
     report: Callable[[float, float], None] | None = None,
 ) -> ResponseBranch:
-    """Follow one curve from its first point, or from the last one that was saved.
+    """Compute a curve from its first point, or from the last saved point.
 
     Parameters
     ----------
     system
-        With its loads at level 1.
+        System with its loads at level 1.
     curve
         Request of the case.
     harmonics, n_sample
         H, and samples per period, 0 for the solver's choice [-].
     checkpoint
-        Store of the points that are computed so far.
+        Store of the points computed so far.
     report
-        Progress along the curve.
+        Function that receives the progress along the curve.
 
     Raises
     ------
     ComputationFailed
-        No steady state at the first point.
+        There is no steady state at the first point.
     """
     done = 0.0
 
     def share(reached: float, way: float) -> None:
-        # A curve that turns back does not undo what is done.
+        # Progress does not decrease where a curve turns back.
         nonlocal done
         done = max(done, min(reached, way))
-        # The first steps are short and hold the compilation: the time left would be far too long.
+        # The first steps are short and include compilation, so that the estimated time left would be far too long.
         if report is not None and done > WORTH_REPORTING * way:
             report(done, way)
 
@@ -114,7 +114,7 @@ def response_curve(
 
 
 def make_continuation(system: JointedSystem, curve: RequestedCurve, harmonics: int, n_sample: int) -> Continuation:
-    """The continuation that a curve is made by."""
+    """Make the continuation of a curve."""
     balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
     if curve.parameter == "frequency":
         path = FrequencyPath(balance=balance.at_level(curve.fixed), level_power=curve.level_power)

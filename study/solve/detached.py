@@ -1,4 +1,4 @@
-"""Detached curves beside one response curve as a stage."""
+"""Detached curves beside a response curve, as a stage."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,12 +21,12 @@ def find_detached_curves(
     n_sample: int,
     report: Callable[[float, float], None] | None = None,
 ) -> tuple[ResponseBranch, ...]:
-    """Isolas and other curves over frequency that one curve does not pass.
+    """Find isolas and other curves over frequency that are not connected to a curve.
 
     Parameters
     ----------
     system
-        With its loads at level 1.
+        System with its loads at level 1.
     curve
         Request of the case, over frequency.
     branch
@@ -34,7 +34,7 @@ def find_detached_curves(
     harmonics, n_sample
         H, and samples per period, 0 for the solver's choice [-].
     report
-        Progress over the frequencies at which others are looked for.
+        Function that receives the progress over the searched frequencies.
     """
     path = make_continuation(system, curve, harmonics, n_sample).path
     assert isinstance(path, FrequencyPath)
@@ -45,6 +45,6 @@ def find_detached_curves(
 
 
 def name_detached_curve(curve: RequestedCurve, branch: ResponseBranch, number: int) -> RequestedCurve:
-    """The request of a curve with the label of the detached one beside it that has this number."""
+    """Make the request of a detached curve: that of the curve beside it, labelled with kind and number."""
     kind = "isola" if branch.stop_reason is StopReason.ISOLA else "detached"
     return replace(curve, label=f"{curve.label}, {kind} {number}")

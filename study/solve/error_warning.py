@@ -1,4 +1,4 @@
-"""What `stickslip solve` says of amplitudes that harmonics and samples leave inaccurate."""
+"""Warning of `stickslip solve` about amplitudes that are inaccurate because of too few harmonics or samples."""
 
 from collections.abc import Sequence
 
@@ -8,16 +8,16 @@ from geometry.plain_number import format_number
 from study.solve.model import SolveModel
 from study.solve.result import SolvedCurve, find_main_harmonic
 
-#: An amplitude whose estimated error is larger than this is not to be used unawares: the error itself may be three
-#: times its estimate (`hbsolve.refinement.MARGIN`).
+#: Largest estimated error of an amplitude without a warning [-]; the error itself may be three times its estimate
+#: (`hbsolve.refinement.MARGIN`).
 MOST_ERROR = 0.01
 
 
 def describe_error_warning(curves: Sequence[SolvedCurve], model: SolveModel) -> str:
-    """One sentence on the amplitude whose estimated error is too large, empty if there is none.
+    """Describe the amplitude with the largest estimated error in one sentence; empty if all errors are small.
 
-    It names the output and the curve whose error at the highest point is the largest. If the errors at all highest
-    points are small, it names those with the largest share of points whose error is not.
+    The sentence names the output and the curve with the largest error at the highest point. If the errors at all
+    highest points are small, it names those with the largest fraction of points with large errors.
     """
     limit, harmonic = model.tolerance or MOST_ERROR, find_main_harmonic(model.system)
     wrong = []
@@ -44,7 +44,7 @@ def describe_error_warning(curves: Sequence[SolvedCurve], model: SolveModel) -> 
 
 
 def _at(item: SolvedCurve, errors: np.ndarray[tuple[int], np.dtype[np.float64]], point: int) -> str:
-    """The error of a point in words; beyond the amplitude itself an estimate says no more than that."""
+    """Format the error at a point; an estimate above the amplitude itself is only given as more than 100 %."""
     error = float(errors[point])
     size = "more than 100 %" if error > 1 else f"{format_number(100 * error)} %"
     where = f"{item.branch.frequency[point]:.5g} Hz"

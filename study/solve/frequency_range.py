@@ -1,4 +1,4 @@
-"""Frequencies at which a model has nothing to say: above all its natural frequencies only its inertia is left."""
+"""Warning of frequencies above all natural frequencies of a model, where only its inertia is represented."""
 
 import warnings
 from collections.abc import Iterable
@@ -11,24 +11,24 @@ from geometry.errors import InputWarning
 from reduction.jointed_system import JointedSystem
 from reduction.stuck import stuck_stiffness
 
-#: So far above its highest natural frequency a stiffness is a millionth of the inertia [-].
+#: Ratio to the highest natural frequency at which the stiffness is a millionth of the inertia [-].
 INERTIA_ALONE = 1e3
 
 
 def warn_of_high_frequency(system: JointedSystem, angular_frequency: Iterable[float]) -> None:
-    """Warn where all frequencies lie above the highest natural frequency with stuck joints, or one far above it.
+    """Warn if all frequencies are above the highest natural frequency with stuck joints, or one is far above it.
 
     Parameters
     ----------
     system
         System that is solved.
     angular_frequency
-        Frequencies that are asked for [rad/s].
+        Requested frequencies [rad/s].
 
     Warns
     -----
     InputWarning
-        They do.
+        The frequencies are too high.
     """
     asked = [omega for omega in angular_frequency if omega > 0]
     if not asked:

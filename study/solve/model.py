@@ -1,4 +1,4 @@
-"""What `stickslip solve` and `limits` compute of a case: a system, what they show of it, and curves."""
+"""The model for `stickslip solve` and `limits`: system, outputs and requested curves of a case."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -21,28 +21,28 @@ from study.solve.amplitude_control import AmplitudeControl
 from study.solve.curve import RequestedCurve, Row
 from study.solve.frequency_range import warn_of_high_frequency
 
-#: What the amplitude of a sensor is, by its quantity.
+#: Dimension of a controlled amplitude, by the quantity of the sensor.
 HELD_DIMENSION = {"displacement": LENGTH, "velocity": VELOCITY, "acceleration": ACCELERATION}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolveModel:
-    """All that a case asks for.
+    """Model of a case with requested outputs and curves.
 
     Parameters
     ----------
     system
         Structure, joints and loads at level 1.
     outputs
-        Sensors of motion in the order of the case, their gains in their rows.
+        Sensors of motion in the order of the case, with their gains in their rows.
     curves
-        Curves in the order of the case.
+        Requests of curves in the order of the case.
     harmonics, n_sample
         H, and samples per period [-].
     tolerance
-        Relative error of the outputs above which points get more harmonics [-]; None for the same at all points.
+        Relative error of the outputs above which points are refined by more harmonics [-]; None for no refinement.
     slider
-        Slider positions at rest under dead weights, shape (s,) [m]; None where rest is that under the static load.
+        Slider positions at rest under dead weights, shape (s,) [m]; None for rest under the static load.
     lines
         Joints of each contact line, by name.
     in_newtons
@@ -50,14 +50,14 @@ class SolveModel:
     stability
         Whether the stability of each point is computed.
     branches
-        Whether the branches that cross the curves at branch points are followed, which needs their stability.
+        Whether branches that cross the curves at branch points are computed; this requires `stability`.
     isolas
-        Whether isolas are looked for beside the curves, which go over frequency.
+        Whether isolas are searched for; only for curves over frequency.
     base
-        Acceleration of a shaken base at each degree of freedom, at level 1, shape (n, r) [m/s^2]; None for one that
-        rests. The system moves relative to it.
+        Acceleration of a moving base at each degree of freedom at level 1, shape (n, r) [m/s^2]; None for a fixed base.
+        The system moves relative to the base.
     level_power
-        Levels are times Omega^level_power [-].
+        Power of the factor Omega^level_power on levels [-].
     """
 
     system: JointedSystem
@@ -81,11 +81,11 @@ class SolveModel:
         return np.array([output.row for output in self.outputs])
 
     def base_acceleration(self, output: Sensor) -> Complex[NDArray[np.complex128], " n"] | None:
-        """Acceleration of the base that an output reads in each harmonic at level 1; None if it reads none."""
+        """Acceleration of the base in each harmonic of an output's reading at level 1; None if it is not included."""
         return None if self.base is None or output.relative else self.base @ output.row
 
     def motion_of(self, output: Sensor | None) -> str:
-        """What a heading says of an output: "absolute" or "relative" on a shaken base; nothing otherwise or of none."""
+        """Word for headings of an output: "absolute" or "relative" on a moving base; otherwise empty."""
         return "" if self.base is None or output is None else "relative" if output.relative else "absolute"
 
 
@@ -95,7 +95,7 @@ def require_sweep(opened: OpenCase) -> None:
     Raises
     ------
     CaseError
-        It has none.
+        The case has no sweep.
     """
     if opened.case.sweep is None:
         raise opened.lacks(
@@ -106,7 +106,7 @@ def require_sweep(opened: OpenCase) -> None:
 
 
 def make_solve_model(read: ReadCase) -> SolveModel:
-    """What a case asks `stickslip solve` for, with what was calibrated and added.
+    """Make the model for `stickslip solve`, with calibrated factors and added effects.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def make_solve_model(read: ReadCase) -> SolveModel:
 
 
 def make_vibrating_model(read: ReadCase) -> SolveModel:
-    """The same without curves: a case that lacks a sweep has such a model too.
+    """Make the model without curves, which does not require a sweep.
 
     Raises
     ------
@@ -237,7 +237,7 @@ def _make_curves(read: ReadCase, sweep: FrequencySweepTable | LevelSweepTable, u
 
 
 def _list_slider_starts(read: ReadCase, n: int, seed: int) -> list[Row] | list[None]:
-    """Where the sliders begin: at rest, and where friction histories left them."""
+    """List the initial slider positions: at rest, and after random friction histories."""
     if read.structure.histories is not None:
         return read.structure.histories(n, seed)
     if n > 1:

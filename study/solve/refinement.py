@@ -1,4 +1,4 @@
-"""More harmonics at points of one response curve as a stage."""
+"""Refinement of a response curve by more harmonics, as a stage."""
 
 from collections.abc import Callable
 
@@ -22,12 +22,12 @@ def refine_curve(
     rows: Matrix,
     report: Callable[[float, float], None] | None = None,
 ) -> ResponseBranch:
-    """The points of a curve with as many harmonics and samples as the outputs need.
+    """Compute the points of a curve with as many harmonics and samples as the outputs require.
 
     Parameters
     ----------
     system
-        With its loads at level 1.
+        System with its loads at level 1.
     curve
         Request of the case.
     branch
@@ -37,9 +37,9 @@ def refine_curve(
     tolerance
         Relative error of the main harmonic of each output [-].
     rows
-        Of the outputs, shape (n, r) [-].
+        Rows of the outputs, shape (n, r) [-].
     report
-        Progress over the points that are refined.
+        Function that receives the progress over the refined points.
     """
     balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
     return refine_branch(balance, branch, tolerance, rows=rows, slider=curve.slider, report=report)

@@ -1,4 +1,4 @@
-"""What ``stickslip solve`` says of response curves: a table for people, a document for programs."""
+"""Report of ``stickslip solve``: a table of text and a JSON document."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from study.solve.run import SolveResult
 
 
 def solve_document(solved: SolveResult, extras: Extras | None = None) -> dict[str, Any]:
-    """The document of ``--json``, with what the kind of the case adds."""
+    """Make the document of ``--json``, with the additions of the case's kind."""
     added = dict(extras.document) if extras else {}
     of_curves = added.pop("curves", [{} for _ in solved.peaks])
     return {
@@ -26,7 +26,7 @@ def solve_document(solved: SolveResult, extras: Extras | None = None) -> dict[st
 
 
 def format_solve_report(solved: SolveResult, extras: Extras | None = None) -> str:
-    """The same as a table."""
+    """Format the report as a table."""
     model, highest = solved.model, _find_highest(solved)
     refined = f", up to {highest} where refined" if highest > model.harmonics else ""
     width = max(len(peak.label) for peak in solved.peaks)
@@ -58,18 +58,18 @@ def format_solve_report(solved: SolveResult, extras: Extras | None = None) -> st
 
 
 def _find_highest(solved: SolveResult) -> int:
-    """The highest harmonic of any point [-]."""
+    """Highest harmonic of all points [-]."""
     return max(int(item.branch.highest_harmonic.max()) for item in solved.curves)
 
 
 def _document_motions(solved: SolveResult) -> dict[str, dict[str, str]]:
-    """Whether each sensor reads the absolute motion or that relative to a shaken base; nothing on one that rests."""
+    """Document whether each sensor reads the motion absolute or relative to a moving base; empty for a fixed base."""
     model = solved.model
     return {} if model.base is None else {"motion": {item.name: model.motion_of(item) for item in model.outputs}}
 
 
 def _describe_bifurcations(peak: CurveSummary) -> str:
-    """Where the stability of a curve changes."""
+    """Describe the points at which the stability of a curve changes."""
     points = [
         f"{item['kind']} at {item['frequency_hz']:.6g} Hz, level {item['level']:.4g}"
         for item in peak.bifurcations or ()

@@ -1,4 +1,4 @@
-"""Response curves as people and other programs want them: named outputs, peaks, netCDF and CSV."""
+"""Results of response curves: named outputs, peaks, netCDF and CSV."""
 
 import csv
 import io
@@ -24,20 +24,20 @@ from study.solve.model import SolveModel
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Unit of each quantity on the surface, and how many of it make the SI unit.
+#: Unit of each quantity in reports and figures, and its number per SI unit.
 SURFACE_UNIT = {"displacement": ("um", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s^2", 1.0)}
 SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
-#: States of a contact as they are drawn.
+#: States of a contact in figures.
 DRAWN_STATES = ("stuck", "slipping", "separated")
-#: Instants of a period that its range is read from: the highest harmonic is then off by half a percent at most.
+#: Samples per period and harmonic for the range of an output; the error of the highest harmonic is at most 0.5 %.
 SAMPLE_PER_HARMONIC = 32
-#: Larger than the vibration of any structure, the longest bridges included [m].
+#: Largest plausible displacement of a vibrating structure [m]; the vibration of the longest bridges is smaller.
 MOST_DISPLACEMENT = 10.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolvedCurve:
-    """A curve that was asked for, and what came out.
+    """A requested curve and its solution.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class SolvedCurve:
     model
         Model of the case.
     stability
-        Of each point; None where it was not asked for.
+        Stability of each point; None if it was not requested.
     """
 
     curve: RequestedCurve
@@ -63,15 +63,15 @@ class SolvedCurve:
 
     @property
     def level(self) -> Float[NDArray[np.float64], " p"]:
-        """Levels as the case gives them, without the power of Omega, shape (p,) [-]."""
+        """Levels in the scale of the case, without the factor Omega^level_power, shape (p,) [-]."""
         return np.asarray(self.branch.level / self.branch.angular_frequency**self.model.level_power)
 
     def level_of(self, state: SteadyState) -> float:
-        """The same of one state."""
+        """Level of one state in the scale of the case, without the factor Omega^level_power [-]."""
         return float(state.level / state.angular_frequency**self.model.level_power)
 
     def output(self, output: Sensor) -> Complex[NDArray[np.complex128], "p harmonic"]:
-        """Coefficients of an output at each point, with the motion of the base that it reads, shape (p, n_harmonic)."""
+        """Coefficients of an output at each point, including the motion of the base that it reads, (p, n_harmonic)."""
         branch, q = self.branch, self.branch.coefficients @ output.row
         omega = np.array([harmonics(float(item), q.shape[1]) for item in branch.angular_frequency])
         base_acceleration = self.model.base_acceleration(output)
@@ -81,27 +81,27 @@ class SolvedCurve:
         return np.asarray(q * (1j * omega) ** DERIVATIVE[output.quantity] * np.exp(-1j * omega * output.delay))
 
     def half_range(self, output: Sensor) -> Float[NDArray[np.float64], " p"]:
-        """Half the difference of the highest and lowest value of a period, all harmonics, shape (p,) [SI]."""
+        """Half the difference of the highest and lowest value in a period, of all harmonics, shape (p,) [SI]."""
         q = self.output(output)
         samples = samples_from_coefficients(q.T, SAMPLE_PER_HARMONIC * q.shape[1])
         return np.asarray(np.ptp(samples, axis=0) / 2)
 
     @property
     def n_unstable(self) -> Float[NDArray[np.float64], " p"]:
-        """Number of unstable multipliers of each point, shape (p,) [-]; not a number where it is not known."""
+        """Number of unstable multipliers of each point, shape (p,) [-]; NaN if unknown."""
         count = len(self.branch.frequency)
         return np.full(count, np.nan) if self.stability is None else self.stability.n_unstable.astype(np.float64)
 
     def error(self, name: str) -> Float[NDArray[np.float64], " p"]:
-        """truncation_error or sample_error of each point, shape (p,) [-]; not a number where it is not known."""
+        """Estimate "truncation_error" or "sample_error" of each point, shape (p,) [-]; NaN if unknown."""
         values = np.asarray(getattr(self.branch, name))
         return values if values.size else np.full(len(self.branch.frequency), np.nan)
 
     def output_error(self, output: Sensor) -> Float[NDArray[np.float64], " p"]:
         """Estimated relative error of an output's amplitude at each point, shape (p,) [-].
 
-        Relative to a thousandth of the largest amplitude where that is more than the one there; not a number where it
-        is not known.
+        The error is relative to the amplitude of the point, but at least to a thousandth of the largest amplitude; NaN
+        if unknown.
         """
         change, harmonic = self.branch.estimated_change, find_main_harmonic(self.model.system)
         if not change.size:
@@ -113,7 +113,7 @@ class SolvedCurve:
         return np.asarray(np.divide(changed, amplitude, out=np.zeros_like(changed), where=amplitude > 0))
 
     def peak(self, output: Sensor, harmonic: int) -> int:
-        """Point of the largest amplitude of a harmonic of an output; of the least level where an amplitude is held."""
+        """Index of the largest amplitude of a harmonic of an output, or of the least level of a controlled curve."""
         if self.curve.control is not None:
             return int(np.argmin(self.level))
         return int(np.argmax(np.abs(self.output(output)[:, harmonic])))
@@ -122,7 +122,7 @@ class SolvedCurve:
 def compute_output(
     model: SolveModel, output: Sensor, state: SteadyState
 ) -> Complex[NDArray[np.complex128], " harmonic"]:
-    """Coefficients of an output in a steady state, with the motion of the base that it reads, shape (n_harmonic,)."""
+    """Compute the coefficients of an output, including the motion of the base that it reads, shape (n_harmonic,)."""
     q, base_acceleration = state.coefficients @ output.row, model.base_acceleration(output)
     omega = harmonics(state.angular_frequency, len(q))
     if base_acceleration is not None:
@@ -132,19 +132,19 @@ def compute_output(
 
 
 def list_state_names(joint: Joint, names: Sequence[str] = STATES) -> dict[int, str]:
-    """Names of a joint's states by their place in `STATES`: a stop has no friction, and so neither sticks nor slips."""
+    """Name a joint's states by their index in `STATES`; a stop without friction is closed or separated."""
     return dict(enumerate(names)) if joint.can_slip else {0: "closed", 2: "separated"}
 
 
 def find_main_harmonic(system: JointedSystem) -> int:
-    """The lowest harmonic that the load acts at: the one that amplitudes and phases are reported of [-]."""
+    """Find the lowest harmonic of the load, whose amplitudes and phases are reported [-]."""
     return int(np.flatnonzero(system.dynamic.any(axis=1))[0])
 
 
 def make_response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], title: str) -> "xr.Dataset":
-    """All curves in one dataset, point after point, with the curve that each belongs to; SI units.
+    """Make a dataset of the points of all curves, with the number of the curve of each point; SI units.
 
-    Complex numbers are pairs of real and imaginary parts, since netCDF has none of its own.
+    Complex numbers are stored as real and imaginary parts, since netCDF has no complex numbers.
     """
     import xarray as xr
 
@@ -221,7 +221,7 @@ def make_response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], titl
 
 
 def format_response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str:
-    """All curves as a table, one line per point."""
+    """Format all curves as CSV, one line per point."""
     harmonic = find_main_harmonic(model.system)
     stream = io.StringIO()
     write = csv.writer(stream, lineterminator="\n").writerow
@@ -258,28 +258,28 @@ def format_response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str
 
 @dataclass(frozen=True, kw_only=True)
 class CurveSummary:
-    """Summary of one curve, as its entry of the JSON document.
+    """Summary of one curve; its fields are the entry in the JSON document.
 
     Parameters
     ----------
     label
         Label of the curve.
     peak_frequency_hz, peak_level
-        Frequency and level of its highest point [Hz, -].
+        Frequency and level of the highest point [Hz, -].
     peak_amplitude, unit
-        Amplitude of the first output there, and its unit.
+        Amplitude of the first output at the highest point, and its unit.
     peak_at_end
-        Whether it is at either end of the sweep, so that the response may be larger beyond.
+        Whether the highest point is at an end of the sweep, so that the response may be larger outside.
     n_point
-        On the curve [-].
+        Number of points of the curve [-].
     peak_truncation_error
-        There [-]; not a number where it is not known.
+        Truncation error at the highest point [-]; NaN if unknown.
     truncation_error
-        Largest of all its points [-].
+        Largest truncation error of all points [-].
     stop_reason
-        Reason in words.
+        Reason for the end of the curve, in words.
     bifurcations
-        Kind, frequency [Hz] and level of each; None where stability was not asked for.
+        Kind, frequency [Hz] and level of each bifurcation; None if stability was not requested.
     """
 
     label: str
@@ -296,7 +296,7 @@ class CurveSummary:
 
 
 def find_highest_point(item: SolvedCurve, output: Sensor, harmonic: int) -> CurveSummary:
-    """The highest point of a curve."""
+    """Find the highest point of a curve, and summarise the curve."""
     unit, scale = SURFACE_UNIT[output.quantity]
     point, branch = item.peak(output, harmonic), item.branch
     return CurveSummary(
@@ -320,14 +320,14 @@ def find_highest_point(item: SolvedCurve, output: Sensor, harmonic: int) -> Curv
 
 
 def _is_at_end(branch: ResponseBranch, point: int) -> bool:
-    """Whether a point is at an end of the sweep: elsewhere curves end for reasons of their own, and isolas nowhere."""
+    """Whether a point is at an end of the sweep; isolas have no ends, and other curves may end inside the sweep."""
     if branch.stop_reason is StopReason.ISOLA:
         return False
     return point == 0 or (point == len(branch.frequency) - 1 and branch.stop_reason is StopReason.REACHED)
 
 
 def describe_motion_warning(curves: Sequence[SolvedCurve], outputs: Sequence[Sensor]) -> str:
-    """One sentence on the largest displacement of all, if it is one of no vibrating structure; empty otherwise."""
+    """Describe the largest displacement in one sentence, if it is implausible for a vibrating structure; else empty."""
     largest, where = 0.0, ""
     for item in curves:
         for output in outputs:

@@ -1,4 +1,4 @@
-"""``stickslip solve``: response curves of a case, each stored when it is done and continued where it was stopped."""
+"""``stickslip solve``: response curves of a case; finished curves are stored, interrupted ones are continued."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -42,25 +42,25 @@ from study.solve.result import (
 )
 from study.solve.stability import curve_stability
 
-#: Panels that still can be read: joints and curves beyond these are left to the netCDF file.
+#: Largest numbers of joints and of curves in figures; the netCDF file has all.
 MOST_JOINTS, MOST_CURVES = 4, 6
 LEVEL_LABEL = "level of the harmonic force [-]"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolveResult:
-    """What the command computed.
+    """Result of the command.
 
     Parameters
     ----------
     model, balance
         Model of the case, and its harmonic balance.
     curves
-        Curves in the order of the case, each followed by those that are detached from it, and those that cross these.
+        Curves in the order of the case, each followed by its detached curves and by the branches that cross these.
     peaks
-        One for each curve.
+        Summary of each curve.
     files
-        Written ones.
+        Written files.
     """
 
     model: SolveModel
@@ -71,21 +71,21 @@ class SolveResult:
 
 
 def run_solve(path: Path, run: RunContext) -> tuple[SolveResult, Extras | None]:
-    """Compute the curves of a case file and write tables and figures; and what its kind adds to them.
+    """Compute the curves of a case file, write tables and figures, and add the results of the case's kind.
 
     Raises
     ------
     CaseError
-        With every mistake of the case, or what it lacks.
+        If the case has mistakes, or lacks a table; the error lists all mistakes.
     ComputationFailed
-        No steady state was found to start a curve from.
+        No steady state was found at the start of a curve.
     """
     opened = open_case(path)
-    require_sweep(opened)  # before what takes minutes
+    require_sweep(opened)  # before the reduction, which takes minutes
     read = read_case(opened, run=run)
     warn_of_model(opened.case, read.model.system, swept=True)
     with located(opened.case, "structure"):
-        # Refuses what no case key shows, such as a body that nothing holds.
+        # Errors that belong to no key of the case, such as a body without support.
         solved = solve_curves(make_solve_model(read), path.stem, opened.title, run)
     extend = opened.kind.solved
     return solved, None if extend is None else extend(read, solved, run)
@@ -106,9 +106,9 @@ def solve_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> S
     Raises
     ------
     BalanceError
-        A system that cannot be balanced.
+        Harmonic balance is not possible for the system.
     ComputationFailed
-        No steady state was found to start a curve from.
+        No steady state was found at the start of a curve.
     """
     assert run.output is not None
     balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
@@ -129,7 +129,7 @@ def solve_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> S
 
 
 def _solve_curve(model: SolveModel, number: int, stem: str, run: RunContext) -> list[SolvedCurve]:
-    """One curve that the case asks for, those that are detached from it, and those that cross them."""
+    """Solve one requested curve, with its detached curves and the branches that cross these."""
     assert run.output is not None
     curve = model.curves[number]
     inputs = (model.system, curve, model.harmonics, model.n_sample)
@@ -155,7 +155,7 @@ def _solve_curve(model: SolveModel, number: int, stem: str, run: RunContext) -> 
 
 
 def _solve_crossing(item: SolvedCurve, place: str, run: RunContext) -> list[SolvedCurve]:
-    """Those that cross a curve at its branch points."""
+    """Compute the branches that cross a curve at its branch points."""
     model = item.model
     assert item.stability is not None
     with run.progress.step(f"branches of {place.partition(',')[0]}, {item.curve.label}"):
@@ -191,7 +191,7 @@ def _with_stability(item: SolvedCurve, place: str, run: RunContext) -> SolvedCur
 def _list_results(
     model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedCurve], title: str
 ) -> dict[str, object]:
-    """What is drawn, by name."""
+    """List the drawn results, by name."""
     harmonic = find_main_harmonic(model.system)
     over_frequency = curves[0].curve.parameter == "frequency"
     label = "frequency [Hz]" if over_frequency else LEVEL_LABEL
@@ -201,7 +201,7 @@ def _list_results(
         drawn["force"] = _force_over_frequency(curves, title)
     for number, output in enumerate(model.outputs, start=1):
         if control is not None and output.name == control.sensor:
-            continue  # its curves are straight lines
+            continue  # the controlled amplitude is constant
         unit, scale = SURFACE_UNIT[output.quantity]
         family = [
             DrawnCurve(
@@ -250,7 +250,7 @@ def _list_results(
 
 
 def _force_over_frequency(curves: Sequence[SolvedCurve], title: str) -> ResponseCurves:
-    """What holds the amplitude of each curve, with the phase of the reading after it."""
+    """Make the curves of the controlled force, with the phase of the reading relative to the force."""
     model = curves[0].model
     output = next(
         item for item in model.outputs if curves[0].curve.control and item.name == curves[0].curve.control.sensor
@@ -273,7 +273,7 @@ def _force_over_frequency(curves: Sequence[SolvedCurve], title: str) -> Response
 
 
 def _make_marks(item: SolvedCurve, output: Sensor, scale: float, harmonic: int) -> list[CurveMark]:
-    """Bifurcations of a curve."""
+    """Make the marks of the bifurcations of a curve."""
     return [
         CurveMark(
             label=point.kind.label,
@@ -285,7 +285,7 @@ def _make_marks(item: SolvedCurve, output: Sensor, scale: float, harmonic: int) 
 
 
 def _find_busiest(curves: Sequence[SolvedCurve], n_joint: int) -> list[int]:
-    """The joints that slip or part the most, in the order of the case."""
+    """Find the joints that slip or separate the most, in the order of the case."""
     stuck = np.array(
         [np.mean([item.branch.contact_share[:, joint, 0].mean() for item in curves]) for joint in range(n_joint)]
     )
@@ -293,7 +293,7 @@ def _find_busiest(curves: Sequence[SolvedCurve], n_joint: int) -> list[int]:
 
 
 def _spread(curves: Sequence[SolvedCurve]) -> list[SolvedCurve]:
-    """At most `MOST_CURVES` of the curves, the first and the last among them."""
+    """Choose at most `MOST_CURVES` of the curves, with the first and the last."""
     return [curves[place] for place in choose_evenly(len(curves), MOST_CURVES)]
 
 

@@ -1,4 +1,4 @@
-"""Stability of one response curve as a stage."""
+"""Stability of a response curve, as a stage."""
 
 from collections.abc import Callable
 
@@ -17,18 +17,18 @@ def curve_stability(
     n_sample: int,
     report: Callable[[float, float], None] | None = None,
 ) -> BranchStability:
-    """Stability of each point of a curve, and the bifurcations between them.
+    """Compute the stability of each point of a curve, and the bifurcations between the points.
 
     Parameters
     ----------
     system
-        With its loads at level 1.
+        System with its loads at level 1.
     branch
         Points of the curve.
     harmonics, n_sample
         H, and samples per period, 0 for the solver's choice [-].
     report
-        Progress along the curve.
+        Function that receives the progress along the curve.
     """
     balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
     return branch_stability(balance, branch, report=report)

@@ -1,4 +1,4 @@
-"""Bands of curves and of limits over uncertain parameters: quantiles of the draws at each frequency or level."""
+"""Bands of curves and limits over uncertain parameters: quantiles of the draws at each frequency or level."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from study.sweep.result import SampledCase, SampledLimits
 
 Real = NDArray[np.float64]
 
-#: Places along a band.
+#: Number of points along a band.
 PLACES = 401
 #: Half width of a 90 % interval of a normal distribution, in standard deviations.
 NINETY_PERCENT = 1.6448536269514722
@@ -31,9 +31,9 @@ class CurveBand:
     quantiles
         Amplitude at 5, 50 and 95 % of the draws, shape (n_output, 3, q) [SI]; empty without draws.
     nominal_along, nominal
-        Curve at the means, shapes (p,) and (n_output, p).
+        Frequency or level, and amplitude, of the curve at the means, shapes (p,) and (n_output, p).
     deviation
-        Standard deviation of its amplitude to first order, shape (n_output, p) [SI].
+        Standard deviation of the amplitude to first order, shape (n_output, p) [SI].
     """
 
     along: Float[Real, " q"]
@@ -46,14 +46,14 @@ class CurveBand:
 def make_curve_bands(
     sampled: SampledCase, sensitivities: Sequence[CurveSensitivity], deviation: Float[Real, " d"]
 ) -> tuple[CurveBand, ...]:
-    """Band of each curve; where a draw turns back, its highest response counts.
+    """Make the band of each curve; where the curve of a draw has several values, the highest one is used.
 
     Parameters
     ----------
     sampled
-        First at the means, then at all draws in the order of the design.
+        Results at the means, and then at all draws in the order of the design.
     sensitivities
-        Of each curve at the means.
+        Derivatives of each curve at the means.
     deviation
         Standard deviations of the parameters, shape (d,).
     """
@@ -66,7 +66,7 @@ def make_curve_bands(
         own = [point[number] for point in drawn if point[number].complete]
         along, quantiles = np.zeros(0), np.zeros((len(nominal.response), 3, 0))
         if own:
-            # As dense as the points of the curves are: close at their peaks.
+            # With the density of the points of the curves, which are close at the peaks.
             along = np.unique(np.quantile(np.concatenate([item.parameter for item in own]), np.linspace(0, 1, PLACES)))
             quantiles = np.array(
                 [
@@ -92,7 +92,7 @@ def make_curve_bands(
 def compute_upper_envelope(
     along: Float[Real, " p"], amplitude: Float[Real, " p"], places: Float[Real, " q"]
 ) -> Float[Real, " q"]:
-    """Highest value of a curve of straight pieces at each place, shape (q,); NaN beyond its ends."""
+    """Highest value of a piecewise linear curve at each place, shape (q,); NaN outside its range."""
     low, high = np.minimum(along[:-1], along[1:]), np.maximum(along[:-1], along[1:])
     highest = np.full(len(places), -np.inf)
     for piece in range(len(along) - 1):
@@ -106,7 +106,7 @@ def compute_upper_envelope(
 
 
 def limit_quantiles(limits: SampledLimits, d: int) -> Float[Real, "3 2 level f"]:
-    """Quantiles of both limits over the draws, the lower limit first, shape (3, 2, l, f) [unit of the limits]."""
+    """Compute quantiles of both limits over the draws, the lower limit first, shape (3, 2, l, f) [limits' unit]."""
     values = np.array([item.value for item in take_independent_draws(limits.points[1:], d)])
     known = np.isfinite(values).any(axis=0)
     return np.where(known, np.nanquantile(np.where(known, values, 0.0), QUANTILES, axis=0), np.nan)

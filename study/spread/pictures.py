@@ -1,4 +1,4 @@
-"""What a spread draws: bands of curves and limits, and shares of the variance."""
+"""Figures of a spread: bands of curves and limits, and contributions to the variance."""
 
 from collections.abc import Container
 
@@ -17,7 +17,7 @@ from study.sweep.result import SampledLimits
 
 
 def draw_spread(spread: Spread, title: str) -> dict[str, object]:
-    """What is drawn, by name."""
+    """Make the figures, by name."""
     drawn: dict[str, object] = {}
     if spread.bands:
         drawn["spread_band"] = _make_curve_bands(spread, title)
@@ -104,7 +104,7 @@ def _limit_bands(spread: Spread, limits: SampledLimits, title: str) -> ResponseS
 
 
 def _make_shares(spread: Spread, title: str, names: Container[str]) -> VarianceShares | None:
-    """Shares of the quantities of these names."""
+    """Make the figure of contributions to the variance of the named quantities; None without quantities."""
     rows = [item for item in spread.quantities if item.name in names]
     curves = list(dict.fromkeys(item.curve for item in rows))
     shown = [curves[place] for place in choose_evenly(len(curves), MOST_GROUPS)] if curves else []

@@ -1,4 +1,4 @@
-"""Quantities of a response that spread, with what is known of each: draws, first order, shares of the variance."""
+"""Quantities of an uncertain response: statistics of draws, first-order deviation, contributions to the variance."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from study.sweep.result import SampledCase, SampledLimits
 
 Real = NDArray[np.float64]
 
-#: Of the draws, as told of every quantity.
+#: Reported quantiles of the draws.
 QUANTILES = (0.05, 0.5, 0.95)
 
 
@@ -26,21 +26,21 @@ class QuantitySpread:
     Parameters
     ----------
     curve, name, unit
-        Curve or level that it is of, its name and unit.
+        Curve or level of the quantity, its name, and its unit.
     nominal
         Value at the means of all parameters.
     mean, deviation
-        Of the draws; NaN without draws.
+        Mean and standard deviation of the draws; NaN without draws.
     quantiles
-        Of the draws, shape (3,), at `QUANTILES`.
+        Quantiles of the draws, shape (3,), at `QUANTILES`.
     slope
-        Derivatives at the means, shape (d,) [unit / unit of the parameter]; NaN where they are not known.
+        Derivatives at the means, shape (d,) [unit / unit of the parameter]; NaN if unknown.
     first_order_deviation
-        Standard deviation by these.
+        Standard deviation from the derivatives.
     linear_share
-        Share of its square that each parameter causes, shape (d,) [-].
+        Contribution of each parameter to the first-order variance, shape (d,) [-].
     indices
-        Shares of the variance of the draws; None without draws.
+        Variance-based indices of the draws; None without draws.
     """
 
     curve: str
@@ -59,14 +59,14 @@ class QuantitySpread:
 def list_quantities(
     sampled: SampledCase, sensitivities: Sequence[CurveSensitivity], deviation: Float[Real, " d"]
 ) -> tuple[QuantitySpread, ...]:
-    """Peak place, amplitude and damping of each curve, of the first output, and the peaks of limits.
+    """List the spread of position, amplitude and damping of the first output's peaks, and of the peaks of limits.
 
     Parameters
     ----------
     sampled
-        First at the means, then at all draws in the order of the design.
+        Results at the means, and then at all draws in the order of the design.
     sensitivities
-        Of each curve at the means.
+        Derivatives of each curve at the means.
     deviation
         Standard deviations of the parameters, shape (d,).
     """
@@ -102,7 +102,7 @@ def _limit_rows(sampled: SampledCase, d: int) -> Iterator[_Row]:
 
 
 def limit_names(sampled: SampledCase, limits: SampledLimits) -> tuple[str, ...]:
-    """Names of the peaks of the lower and the upper limit among the quantities that spread."""
+    """Name the peaks of the lower and the upper limit, as quantities of the spread."""
     which = f" of the {limits.first.quantity}" if len(sampled.limits) > 1 else ""
     return tuple(f"{side} limit{which}" for side in SIDES)
 

@@ -1,4 +1,4 @@
-"""What ``stickslip spread`` says: a table for people, a document for programs."""
+"""Report of ``stickslip spread``: a table of text and a JSON document."""
 
 from math import isfinite
 from typing import Any
@@ -8,7 +8,7 @@ from study.spread.spread import Spread
 
 
 def spread_document(spread: Spread) -> dict[str, Any]:
-    """The document of ``--json``."""
+    """Make the document of ``--json``."""
     uncertain = spread.uncertain
     return {
         "parameters": [
@@ -51,7 +51,7 @@ def _document_quantity(item: QuantitySpread) -> dict[str, Any]:
 
 
 def format_spread_report(spread: Spread) -> str:
-    """The same as a table."""
+    """Format the report as a table."""
     uncertain = spread.uncertain
     lines = [f"{len(uncertain.parameters)} uncertain parameters, {len(spread.sampled.values)} points:"]
     for item, distribution in zip(uncertain.parameters, uncertain.distributions, strict=True):

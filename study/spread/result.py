@@ -1,4 +1,4 @@
-"""The spread of a response as other programs want it: netCDF and CSV."""
+"""The spread of a response as netCDF and CSV."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def format_quantities_csv(spread: Spread) -> str:
-    """One line per quantity and parameter."""
+    """Format one line per quantity and parameter."""
     head = ["curve", "quantity", "unit", "at the means", "mean", "standard deviation"]
     head += [f"{100 * share:g} %" for share in QUANTILES]
     head += ["standard deviation to first order", "parameter", "derivative", "share to first order"]
@@ -43,7 +43,7 @@ def _list_shares(item: QuantitySpread, number: int) -> list[float]:
 
 
 def make_spread_dataset(spread: Spread, title: str) -> "xr.Dataset":
-    """All in one dataset: what `make_dataset` has of all points, derivatives, bands and shares; SI units."""
+    """Make a dataset of `make_dataset` for all points, with derivatives, bands and variance indices; SI units."""
     data = make_dataset(spread.sampled, title)
     for number, (band, result) in enumerate(zip(spread.bands, spread.sensitivities, strict=True)):
         along, places = f"along_{number}", f"place_{number}"

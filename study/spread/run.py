@@ -12,12 +12,12 @@ from study.sweep.result import format_peaks_csv
 
 
 def run_spread(path: Path, run: RunContext, *, draws: int = 64, seed: int = 0, limits: bool | None = None) -> Spread:
-    """`spread` with one process per core or the scheduler of the run, and its tables and figures in the output folder.
+    """Run `spread` with one process per core or the scheduler of the run, and write tables and figures.
 
     Raises
     ------
     CaseError
-        With every mistake of the case, or a number of draws that is not possible.
+        If the case has mistakes; the error lists all of them. Or an invalid number of draws.
     ComputationFailed
         No curve could be started.
     """

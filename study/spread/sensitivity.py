@@ -1,4 +1,4 @@
-r"""Derivatives of response curves by parameters of a case, and the spread that they give to first order.
+r"""Derivatives of response curves by parameters of a case, and the resulting spread to first order.
 
 The matrices, loads and joint parameters are differentiated by central differences, which are exact to round-off where
 they are linear or quadratic in the parameter; the responses by the implicit function theorem (`hbsolve.sensitivity`).
@@ -7,8 +7,8 @@ With the amplitude A of an output and its complex response q,
 .. math:: \frac{dA}{dp} = \frac{\mathrm{Re}(\bar q \, dq/dp)}{A}, \qquad
           s_A^2 = \sum_i \left( \frac{dA}{dp_i} s_i \right)^2 .
 
-At the peak of a curve the frequency drops out of dA, since dA / dOmega is zero there; the move of the peak follows from
-the parabola through the highest points.
+At the peak of a curve the change of its frequency does not contribute to dA, since dA / dOmega is zero there; the
+change of the frequency follows from the parabola through the highest points.
 """
 
 from collections.abc import Callable, Sequence
@@ -38,7 +38,7 @@ from study.sweep.parameter import vary
 
 Real = NDArray[np.float64]
 
-#: Relative changes of the amplitudes that the peak is differentiated with: the parabola is smooth far beyond.
+#: Relative change of the amplitudes for finite differences of the peak; the parabola is smooth over far larger changes.
 SMALL_CHANGE = 1e-5
 
 
@@ -50,11 +50,11 @@ class CurveSensitivity:
     ----------
     response
         Derivative of the complex response of each output at fixed frequency and level, shape (d, n_output, p)
-        [SI / unit of the parameter]; NaN for a parameter that moves points.
+        [SI / unit of the parameter]; NaN for a parameter without derivatives, see `model_tangents`.
     amplitude
-        Of the amplitude, shape (d, n_output, p).
+        Derivative of the amplitude, shape (d, n_output, p).
     peak
-        Of the frequency (or level) [Hz, -] and the amplitude [SI] of the peak, shape (d, n_output, 2).
+        Derivatives of the frequency (or level) [Hz, -] and the amplitude [SI] of the peak, shape (d, n_output, 2).
     """
 
     response: Complex[NDArray[np.complex128], "d output p"]
@@ -63,9 +63,9 @@ class CurveSensitivity:
 
 
 def model_tangents(opened: OpenCase, uncertain: Uncertain, run: RunContext) -> list[Tangent | None]:
-    """Rates of the model with each parameter at the means; None for one that moves joints, sensors or a base.
+    """Differentiate the model by each parameter at the means; None for one that moves joints, sensors or a base.
 
-    Rates of gains are relative ones.
+    Derivatives of gains are relative to the gains.
     """
     quiet = replace(run, progress=SilentProgress())
 
@@ -87,18 +87,18 @@ def differentiate_curve(
     tangents: Sequence[Tangent | None],
     report: Callable[[float, float], None] | None = None,
 ) -> CurveSensitivity:
-    """Derivatives at all points of a curve.
+    """Compute the derivatives at all points of a curve.
 
     Parameters
     ----------
     model
         Model at the means.
     curve, branch
-        Request of the case, and the curve itself.
+        Request of the case, and points of the curve.
     tangents
-        Rates of the model, from `model_tangents`.
+        Derivatives of the model, from `model_tangents`.
     report
-        Progress along the curve.
+        Function that receives the progress along the curve.
     """
     balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
     solved, harmonic = SolvedCurve(curve=curve, branch=branch, model=model), find_main_harmonic(model.system)
@@ -127,7 +127,7 @@ def differentiate_curve(
 def _compute_change_by_gain(
     tangents: Sequence[Tangent | None], outputs: Sequence[Sensor], nominal: Complex[NDArray[np.complex128], "output p"]
 ) -> Complex[NDArray[np.complex128], "d output p"]:
-    """What a parameter changes by the gain of a sensor, which the rows of outputs contain."""
+    """Compute the change of the outputs by the gains of sensors, which their rows contain."""
     names = [output.name for output in outputs]
     rates = np.array([[0.0 if item is None else item.gain.get(name, 0.0) for name in names] for item in tangents])
     return np.asarray(rates[:, :, None] * nominal[None])
@@ -136,7 +136,7 @@ def _compute_change_by_gain(
 def _compute_peak_slope(
     along: Float[Real, " p"], amplitude: Float[Real, " p"], slope: Float[Real, " p"]
 ) -> tuple[float, float]:
-    """Derivatives of place and height of the peak, by those of the amplitudes at the points."""
+    """Compute the derivatives of position and amplitude of the peak from those of the amplitudes at all points."""
     top = int(np.argmax(amplitude))
     if not np.isfinite(slope[top]):
         return np.nan, np.nan

@@ -23,22 +23,22 @@ from study.sweep.result import SampledCase
 from study.sweep.run import require_curves_or_limits, warn_of_failures
 from study.sweep.samples import compute_curves
 
-#: Points that are computed at most: draws times parameters + 2.
+#: Largest number of computed points, n (d + 2) for n draws of d parameters.
 MOST_POINTS = 20_000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Spread:
-    """What is known of the spread.
+    """Spread of the response of a case.
 
     Parameters
     ----------
     uncertain
         Uncertain parameters.
     draws
-        Number of draws n [-]; 0 for first order alone.
+        Number of draws n [-]; 0 for only first order.
     sampled
-        Curves and limits: first at the means, then at the n (d + 2) points of the design.
+        Curves and limits at the means, and then at the n (d + 2) points of the design.
     sensitivities
         Derivatives of each curve at the means.
     quantities
@@ -46,7 +46,7 @@ class Spread:
     bands
         Band of each curve.
     files
-        Written ones.
+        Written files.
     """
 
     uncertain: Uncertain
@@ -67,14 +67,14 @@ def spread(
     run: RunContext | None = None,
     workers: Workers = 1,
 ) -> Spread:
-    """Spread of the response over the distributions of `[[uncertain]]`; nothing is written.
+    """Compute the spread of the response over the distributions of `[[uncertain]]`; nothing is written.
 
     Parameters
     ----------
     path
         Case file.
     draws
-        Number n of draws, a power of two; n (d + 2) points of d parameters are computed. 0 for first order alone.
+        Number n of draws, a power of two; n (d + 2) points of d parameters are computed. 0 for only first order.
     seed
         Seed of the draws.
     limits
@@ -82,13 +82,13 @@ def spread(
     run
         Store and progress; none by default.
     workers
-        Processes [-]; this one by default. With more, or None for one per core, a script needs
+        Number of processes [-]; only this process by default. With more, or None for one per core, a script needs
         ``if __name__ == "__main__":``. Or the address of a dask scheduler.
 
     Raises
     ------
     CaseError
-        With every mistake of the case, or a number of draws that is not possible.
+        If the case has mistakes; the error lists all of them. Or an invalid number of draws.
     ComputationFailed
         No curve could be started.
     """

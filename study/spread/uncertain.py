@@ -1,4 +1,4 @@
-"""The uncertain parameters of a case: what `[[uncertain]]` names, with distributions that the case can have."""
+"""The uncertain parameters of a case, from `[[uncertain]]`, with a check of their distributions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,14 +19,14 @@ Real = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Uncertain:
-    """Uncertain parameters.
+    """Uncertain parameters with their distributions.
 
     Parameters
     ----------
     parameters
         Parameters, at least one.
     distributions
-        Distribution of each, in its unit.
+        Distribution of each parameter, in its unit.
     """
 
     parameters: tuple[CaseParameter, ...]
@@ -34,30 +34,30 @@ class Uncertain:
 
     @property
     def mean(self) -> Float[Real, " d"]:
-        """Mean of each, shape (d,)."""
+        """Mean of each parameter, shape (d,)."""
         return np.array([item.mean for item in self.distributions])
 
     @property
     def deviation(self) -> Float[Real, " d"]:
-        """Standard deviation of each, shape (d,)."""
+        """Standard deviation of each parameter, shape (d,)."""
         return np.array([item.deviation for item in self.distributions])
 
     def at(self, values: Sequence[float]) -> Point:
-        """What the case holds for values of all parameters."""
+        """Return the entries of the case file for values of all parameters."""
         return {item: item.written(float(value)) for item, value in zip(self.parameters, values, strict=True)}
 
     def draws(self, points: Float[Real, "n d"]) -> Float[Real, "n d"]:
-        """Values at points of a unit cube, shape (n, d)."""
+        """Convert points of the unit cube to values of the parameters, shape (n, d)."""
         return np.column_stack([item.quantile(points[:, number]) for number, item in enumerate(self.distributions)])
 
 
 def read_uncertain(opened: OpenCase) -> Uncertain:
-    """Uncertain parameters of a case.
+    """Read the uncertain parameters of a case.
 
     Raises
     ------
     CaseError
-        There are none, or one that the case does not have, that is named twice, or whose mean the case cannot have.
+        There are no uncertain parameters, or one is not in the case, is named twice, or has an invalid mean.
     """
     if not opened.case.uncertain:
         raise opened.lacks(
@@ -79,12 +79,12 @@ def read_uncertain(opened: OpenCase) -> Uncertain:
 
 
 def check_draws(opened: OpenCase, uncertain: Uncertain, draws: Float[Real, "n d"]) -> None:
-    """Refuse draws that the case cannot have; the least and the largest of each parameter are tried.
+    """Refuse draws with values that are invalid for the case; the smallest and largest of each parameter are checked.
 
     Raises
     ------
     CaseError
-        The first of them, at its distribution.
+        A value is invalid; the first one is reported at its distribution.
     """
     for number, parameter in enumerate(uncertain.parameters):
         for value in (draws[:, number].min(), draws[:, number].max()):

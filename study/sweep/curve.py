@@ -1,4 +1,4 @@
-"""One response curve of a point of a grid as a stage: what is kept of it is small, for there may be thousands."""
+"""A response curve of a point of a grid, as a stage; the stored result is small, since there may be thousands."""
 
 from dataclasses import dataclass, replace
 
@@ -32,17 +32,17 @@ class PointCurve:
     curve
         Request of the case.
     frequency, level
-        Along the curve, shape (p,) [Hz, -]; empty if there is none.
+        Frequency and level along the curve, shape (p,) [Hz, -]; empty if there is no curve.
     response
         Main harmonic of each output, shape (n_output, p) [SI].
     truncation_error
-        Shape (p,) [-].
+        Truncation error of each point, shape (p,) [-].
     damping
         Equivalent damping ratio at the highest point of each output, half of the loss factor, shape (n_output,) [-].
     stop_message
-        Why it ends where it ends, or why there is no curve.
+        Reason for the end of the curve, or for a missing curve.
     complete
-        Whether it reaches the end of its range.
+        Whether the curve reaches the end of its range.
     """
 
     curve: RequestedCurve
@@ -60,25 +60,25 @@ class PointCurve:
         return self.frequency if self.curve.parameter == "frequency" else self.level
 
     def peak(self, output: int) -> "HighestResponse":
-        """The highest response of an output."""
+        """Find the highest response of an output."""
         peak = find_peak(self.parameter, np.abs(self.response[output]), float(self.damping[output]))
         return replace(peak, at_end=peak.at_end or not self.complete)
 
 
 @dataclass(frozen=True, kw_only=True)
 class HighestResponse:
-    """The highest response of a curve; numbers are NaN where there is no curve.
+    """The highest response of a curve; numbers are NaN if there is no curve.
 
     Parameters
     ----------
     parameter
         Frequency [Hz] or level [-] of the peak.
     amplitude
-        Amplitude there [SI].
+        Amplitude of the peak [SI].
     damping
         Equivalent damping ratio [-].
     at_end
-        Whether it lies at an end of the curve, or the curve is not complete: the response may be larger beyond.
+        Whether the peak is at an end of the curve, or the curve is incomplete: the response may be larger outside.
     """
 
     parameter: float
@@ -88,7 +88,7 @@ class HighestResponse:
 
 
 def find_peak(parameter: Values, amplitude: Values, damping: float) -> HighestResponse:
-    """The highest point of a curve, refined by the parabola through it and its neighbours where it is no fold."""
+    """Find the highest point of a curve, refined by the parabola through it and its neighbours except at a fold."""
     if not len(parameter):
         return HighestResponse(parameter=np.nan, amplitude=np.nan, damping=np.nan, at_end=False)
     top = int(np.argmax(amplitude))
@@ -101,18 +101,18 @@ def find_peak(parameter: Values, amplitude: Values, damping: float) -> HighestRe
             peak = interpolated_peak(parameter[near], amplitude[near])
             place, height = peak.angular_frequency, peak.amplitude
         except NoPeakError:
-            pass  # a corner, whose highest point is the peak
+            pass  # at a corner of the curve, the highest point is the peak
     return HighestResponse(parameter=place, amplitude=height, damping=damping, at_end=at_end)
 
 
 @stage("curve of a parameter point")
 def point_curve(model: SolveModel, curve: RequestedCurve) -> PointCurve:
-    """Follow one curve as `stickslip solve` does, and keep what is shown of it.
+    """Compute a curve as `stickslip solve` does, and summarise it.
 
     Parameters
     ----------
     model
-        Of the point.
+        Model of the point.
     curve
         Request of the case.
     """
@@ -133,7 +133,7 @@ def point_curve(model: SolveModel, curve: RequestedCurve) -> PointCurve:
 
 
 def summarise_curve(model: SolveModel, curve: RequestedCurve, branch: ResponseBranch) -> PointCurve:
-    """What is kept of a curve."""
+    """Make the stored result of a curve."""
     balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
     solved, harmonic = SolvedCurve(curve=curve, branch=branch, model=model), find_main_harmonic(model.system)
     damping = []

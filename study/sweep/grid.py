@@ -1,4 +1,4 @@
-"""The grid of a sweep: values of each parameter, as a user writes them, and all their combinations."""
+"""The grid of a sweep: the user's values of each parameter, and all their combinations."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -12,9 +12,9 @@ from casefile.validation import require_different
 from study.kind.registry import OpenCase
 from study.sweep.parameter import CaseParameter, find_parameter, refuse, vary
 
-#: Points of a grid; more are a mistake in a range.
+#: Largest number of points of a grid; more points are a mistake of a range.
 MOST_POINTS = 2000
-#: Digits of values between the ends of a range: 3.6 is no 3.5999999999999996.
+#: Digits of values between the ends of a range: 3.6 and not 3.5999999999999996.
 DIGITS = 12
 EXAMPLE = "kt=0.8:1.2:5 or mu=0.9,1,1.1"
 
@@ -28,7 +28,7 @@ class Grid:
     parameters
         Parameters, at least one.
     values
-        Values of each, in its unit.
+        Values of each parameter, in its unit.
     whole
         Whether each parameter has whole numbers, such as a number of harmonics.
     """
@@ -43,11 +43,11 @@ class Grid:
         return tuple(len(item) for item in self.values)
 
     def points(self) -> list[tuple[float, ...]]:
-        """All combinations; the last parameter changes first."""
+        """List all combinations; the last parameter changes fastest."""
         return list(itertools.product(*self.values))
 
     def at(self, point: Sequence[float]) -> dict[CaseParameter, object]:
-        """What the case holds at a point."""
+        """Return the entries of the case file at a point."""
         return {
             item: item.written(value, whole=whole)
             for item, value, whole in zip(self.parameters, point, self.whole, strict=True)
@@ -55,20 +55,20 @@ class Grid:
 
 
 def read_grid(opened: OpenCase, values: Mapping[str, str | Sequence[float | str]] | Sequence[str]) -> Grid:
-    """The grid that a user asks for; each of its values is checked as one in the case file is.
+    """Read the user's grid, and check each value as in a case file.
 
     Parameters
     ----------
     opened
-        The case.
+        Case of the sweep.
     values
-        By the name of the parameter, ``"0.8:1.2:5"`` from the first to the last value in so many steps, or the values
-        themselves; or words ``NAME=VALUES``.
+        By the name of the parameter, a range ``"0.8:1.2:5"`` with first value, last value and number of values, or a
+        list of values; or words ``NAME=VALUES``.
 
     Raises
     ------
     CaseError
-        A parameter that the case does not have, no values or too many, or a value that the case cannot have.
+        A parameter is not in the case, there are no values or too many, or a value is invalid for the case.
     """
     pairs = list(values.items()) if isinstance(values, Mapping) else [_split(opened, word) for word in values]
     if not pairs:
@@ -114,12 +114,12 @@ def _split(opened: OpenCase, word: str) -> tuple[str, str]:
 
 
 def _read_range(text: str) -> list[NumberWithUnit]:
-    """Values of ``3:6:7`` or ``0.4,0.6``.
+    """Read the values of a text such as ``3:6:7`` or ``0.4,0.6``.
 
     Raises
     ------
     ValueError
-        There are none.
+        The text is not a range or a list of values.
     """
     if ":" not in text:
         parts = [part.strip() for part in text.split(",")]
@@ -142,7 +142,7 @@ def _read_range(text: str) -> list[NumberWithUnit]:
 
 
 def _convert_to_one_unit(quantities: Sequence[NumberWithUnit]) -> tuple[tuple[float, ...], str]:
-    """Numbers in the unit of the last value, which those without one have too: ``3:6 N/um:7``."""
+    """Convert numbers to the unit of the last value; numbers without a unit are in this unit, as in ``3:6 N/um:7``."""
     if not quantities:
         raise ValueError(f"there are no values: give one or several, such as {EXAMPLE}")
     unit = quantities[-1].unit

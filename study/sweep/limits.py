@@ -1,4 +1,4 @@
-"""Response limits of a case at many values of its parameters, each search stored when it is done."""
+"""Response limits of a case at many values of its parameters; finished searches are stored."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
@@ -35,12 +35,12 @@ def asks_for_limits(opened: OpenCase) -> bool:
 def compute_limits(
     opened: OpenCase, points: Sequence[Point], stem: str, run: RunContext, workers: Workers = None
 ) -> tuple[SampledLimits, ...]:
-    """Limits of each quantity at all points; a search that is stored is not repeated, and one that was stopped goes on.
+    """Compute the limits of each quantity at all points; stored searches are used, interrupted ones are continued.
 
     Parameters
     ----------
     opened
-        The case.
+        Case of the limits.
     points
         Values of the parameters.
     stem
@@ -48,14 +48,14 @@ def compute_limits(
     run
         Output folder, store and progress of the run.
     workers
-        Processes [-]; one for each core by default, this process for 1. Or the address of a dask scheduler.
+        Number of processes [-]; one for each core by default, this process for 1. Or the address of a dask scheduler.
 
     Raises
     ------
     CaseError
-        A point that is no sound case.
+        The case is invalid at a point.
     ComputationFailed
-        No rest under the static load, or a process that was killed.
+        There is no state of rest under the static load, or a process was killed.
     """
     quantities: tuple[Quantity, ...] = ()
     curves: list[Sequence[LimitCurves]] = []
@@ -93,7 +93,7 @@ def compute_limits(
 
 @dataclass(frozen=True, kw_only=True)
 class _LimitRequest:
-    """Request of a case: its search, the stage that runs it, its quantities, and the conversion into their limits."""
+    """Search of a case, its stage, its quantities, and the conversion of its result into limits."""
 
     search_stage: Stage[..., Any]
     search: object
@@ -117,7 +117,7 @@ def _make_request(case: Case[Any], model: SolveModel) -> _LimitRequest:
 
 @dataclass(frozen=True, kw_only=False)
 class _ShareOfProgress:
-    """Progress of one search as a share of that of all."""
+    """Progress of one search as a part of the progress of all."""
 
     report: Report
     before: int
@@ -131,4 +131,4 @@ class _ShareOfProgress:
         self.report(self.before + 1, self.total)
 
     def stored(self, name: str) -> None:
-        """Nothing is shown of what is stored."""
+        """Do nothing: stored steps are not shown."""

@@ -1,6 +1,6 @@
-"""Parameters of a case by the names that a user gives them: kt, wall.preload, structure.damping.ratio.
+"""Parameters of a case by the user's names, such as kt, wall.preload or structure.damping.ratio.
 
-A value of a parameter is a value in the case file: `[calibrated]` holds the factors kt, kn, mu, zeta, E and bearing,
+A value of a parameter is a value in the case file: `[calibrated]` contains the factors kt, kn, mu, zeta, E and bearing;
 every other name is a table and its key.
 """
 
@@ -20,9 +20,9 @@ from study.case.setup import ReadCase
 from study.case.tables import CalibratedTable
 from study.kind.registry import OpenCase
 
-#: Factors on what the case says, as `[calibrated]` has them.
+#: Factors on values of the case, the keys of `[calibrated]`.
 FACTORS = tuple(CalibratedTable.model_fields)
-#: Tables whose numbers may vary; the others say what is computed, or what is known of measurements.
+#: Tables whose numbers may vary; other tables are for requested results or for measurements.
 TABLES = (
     "structure", "place", "line", "joint", "load", "static_load", "dead_weight", "sensor", "harmonics", "added",
     "calibrated",
@@ -32,7 +32,7 @@ NAMED = {"line": "name", "joint": "name", "dead_weight": "name", "sensor": "name
 
 
 class ParameterError(InputError):
-    """A parameter that the case does not have, or values that it cannot have."""
+    """A parameter is not in the case, or has invalid values."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,11 +42,11 @@ class CaseParameter:
     Parameters
     ----------
     name
-        Name, as the user gave it.
+        Name given by the user.
     path
-        Path of its key in the case.
+        Path of the key in the case.
     unit
-        Unit of its values, "" for a ratio.
+        Unit of the values, "" for a ratio.
     """
 
     name: str
@@ -55,33 +55,33 @@ class CaseParameter:
 
     @property
     def is_factor(self) -> bool:
-        """Whether its values are factors on values of the case."""
+        """Whether the values are factors on values of the case."""
         return self.path[0] == "calibrated"
 
     @property
     def label(self) -> str:
-        """For an axis or a column."""
+        """Label of an axis or a column."""
         return f"{'factor ' if self.is_factor else ''}{self.name} [{self.unit or '-'}]"
 
     def text(self, value: float) -> str:
-        """The parameter at a value, for people."""
+        """Format name and value for reports."""
         return f"{self.name} = {value:.6g}{f' {self.unit}' if self.unit else ''}"
 
     def written(self, value: float, *, whole: bool = False) -> object:
-        """What a case file holds for a value."""
+        """Return the entry of a case file for a value."""
         number = int(value) if whole else float(value)
         return f"{number!r} {self.unit}" if self.unit else number
 
 
 def find_parameter(opened: OpenCase, name: str, unit: str = "") -> CaseParameter:
-    """The parameter of a name.
+    """Find the parameter of a name.
 
     Parameters
     ----------
     opened
-        The case.
+        Case with the parameter.
     name
-        A factor, or a table and its key: ``kt``, ``wall.preload`` of the line "wall", ``structure.damping.ratio``,
+        Factor, or table and key: ``kt``, ``wall.preload`` of the line "wall", ``structure.damping.ratio``,
         ``load[0].amplitude``.
     unit
         Unit of the values.
@@ -89,7 +89,7 @@ def find_parameter(opened: OpenCase, name: str, unit: str = "") -> CaseParameter
     Raises
     ------
     ParameterError
-        There is no such table, or it holds no number.
+        There is no such table, or the name is that of a table.
     """
     assert opened.case.source is not None
     data = opened.case.source.data
@@ -113,7 +113,7 @@ def find_parameter(opened: OpenCase, name: str, unit: str = "") -> CaseParameter
 
 
 def _require_way(data: Mapping[str, Any], path: Path) -> None:
-    """Refuse a path through a value that holds nothing, or to an entry that a list does not have."""
+    """Refuse a path through a value without keys, or to an index outside a list."""
     for length, part in enumerate(path[1:], start=1):
         parent, stem = find_value(data, path[:length]), path[length - 1]
         if parent is None:
@@ -125,12 +125,12 @@ def _require_way(data: Mapping[str, Any], path: Path) -> None:
 
 
 def require_factors(read: ReadCase, parameters: tuple[CaseParameter, ...]) -> None:
-    """Refuse factors on what the model does not have.
+    """Refuse factors that are not calibration parameters of the case.
 
     Raises
     ------
     CaseError
-        Such as kt of a case without contact lines.
+        A factor has no effect, such as kt in a case without contact lines.
     """
     known = [item.name for item in read.setup.calibration_parameters]
     opened = read.opened
@@ -148,24 +148,24 @@ def require_factors(read: ReadCase, parameters: tuple[CaseParameter, ...]) -> No
 
 
 def refuse(opened: OpenCase, key: str, text: str) -> CaseError:
-    """The refusal of what a user asks of a case beside its file."""
+    """Make the error of a request that is not in the case file."""
     return CaseError([Problem(file=str(opened.path), line=0, key=key, text=text)])
 
 
 def vary(opened: OpenCase, values: Mapping[CaseParameter, object]) -> OpenCase:
-    """The case with values of parameters, as a file may hold them.
+    """Make the case with other values of parameters.
 
     Raises
     ------
     CaseError
-        A value that the case cannot have.
+        A value is invalid for the case.
     """
     case: CaseModel = vary_case(opened.case, {item.path: value for item, value in values.items()})
     return replace(opened, case=case)  # type: ignore[arg-type]
 
 
 def _find_path(data: Mapping[str, Any], name: str) -> Path | None:
-    """Path of a name; None if it begins with no table."""
+    """Find the path of a name; None if it does not start with a table of the case."""
     for table, key in NAMED.items():
         for number, entry in enumerate(data.get(table, ())):
             own = entry.get(key) if isinstance(entry, Mapping) else None
@@ -173,12 +173,12 @@ def _find_path(data: Mapping[str, Any], name: str) -> Path | None:
                 return (table, number, *_split_path(name[len(str(own)) + 1 :]))
     path = _split_path(name)
     known = path[:2] if len(path) > 1 and isinstance(path[1], int) else path[:1]
-    # A table that may be missing has all of its defaults.
+    # [harmonics] may be missing in the file: it has defaults.
     return path if path and (find_value(data, known) is not None or path[0] == "harmonics") else None
 
 
 def _split_path(text: str) -> Path:
-    """Path of dotted text with numbers in brackets; empty for any other text."""
+    """Split dotted text with indices in brackets into a path; empty for any other text."""
     path: list[str | int] = []
     for part in text.split("."):
         match = re.fullmatch(r"([^\[\]]+)(?:\[(\d+)\])?", part)
@@ -189,7 +189,7 @@ def _split_path(text: str) -> Path:
 
 
 def _list_names(data: Mapping[str, Any]) -> Iterator[str]:
-    """Names of the numbers of tables that have names, and of the structure's."""
+    """Yield the names of numbers in named tables and in the structure."""
     for table, key in NAMED.items():
         for entry in data.get(table, ()):
             if isinstance(entry, Mapping):

@@ -1,4 +1,4 @@
-"""What a sweep draws: curves coloured by a parameter, and peaks and limits against it."""
+"""Figures of a sweep: curves coloured by a parameter, and peaks and limits over the parameter."""
 
 import itertools
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ from study.solve.result import SURFACE_UNIT
 from study.sweep.grid import Grid
 from study.sweep.result import SampledCase, SampledLimits
 
-#: Panels, curves of a trend and figures of limits that can still be read: the others are in the files.
+#: Largest numbers of panels, of curves of a trend and of figures of limits; the files have all results.
 MOST_PANELS, MOST_GROUPS, MOST_FIGURES = 4, 6, 6
 
 
@@ -30,7 +30,7 @@ class _Slice:
 
 
 def draw_sweep(grid: Grid, sampled: SampledCase, title: str) -> dict[str, object]:
-    """What is drawn, by name: for each parameter with several values, or for the first."""
+    """Make the figures by name, for each parameter with several values, or for the first parameter."""
     varied = [number for number, count in enumerate(grid.shape) if count > 1] or [0]
     drawn: dict[str, object] = {}
     for number in varied:
@@ -45,7 +45,7 @@ def draw_sweep(grid: Grid, sampled: SampledCase, title: str) -> dict[str, object
 
 
 def _list_slices(grid: Grid, number: int) -> Iterator[_Slice]:
-    """At most as many as there are kinds of lines, the first and the last of all among them."""
+    """Yield at most as many slices as there are line styles, with the first and the last."""
     others = [item for item in range(len(grid.shape)) if item != number]
     combinations = list(itertools.product(*(range(grid.shape[item]) for item in others)))
     for place in choose_evenly(len(combinations), len(LINES)):
@@ -123,7 +123,7 @@ def _make_trends(grid: Grid, number: int, slices: list[_Slice], sampled: Sampled
 def _make_all_limits(
     grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase, title: str, suffix: str
 ) -> dict[str, object]:
-    """Limits over a parameter, at some levels and values of the other parameters: of each motion, and of all forces."""
+    """Make figures of limits over a parameter, of each motion and of all forces, at some levels and other values."""
     levels = sampled.limits[0].first.limits.level
     cases = [(level, item) for level in range(len(levels)) for item in slices]
     motions = [item for item in sampled.limits if item.quantity.output is not None or len(sampled.limits) == 1]
@@ -155,7 +155,7 @@ def _make_all_limits(
 def _limits(
     limits: SampledLimits, points: list[int], level: int, values: Real, title: str, label: str
 ) -> LimitsByLevel:
-    """Peaks of both limits of a quantity at some points."""
+    """Make the figure of the peaks of both limits of a quantity at some points."""
     last = len(limits.first.limits.frequency) - 1
     value, frequency = np.moveaxis(limits.peaks()[points, :, level], (0, 1, 2), (2, 1, 0))
     doubtful = np.zeros(value.shape, dtype=bool)

@@ -1,4 +1,4 @@
-"""What ``stickslip sweep`` says: a table for people, a document for programs."""
+"""Report of ``stickslip sweep``: a table of text and a JSON document."""
 
 from typing import Any
 
@@ -9,12 +9,12 @@ from study.solve.result import SURFACE_UNIT
 from study.sweep.result import SampledCase, SampledLimits
 from study.sweep.run import SweepResult
 
-#: Lines of the table that can still be read; all are in the CSV.
+#: Largest number of lines of a table; the CSV file has all.
 MOST_LINES = 40
 
 
 def sweep_document(swept: SweepResult) -> dict[str, Any]:
-    """The document of ``--json``."""
+    """Make the document of ``--json``."""
     sampled, grid = swept.sampled, swept.grid
     points: list[dict[str, Any]] = []
     quantities = None if sampled.curves is None else sampled.curve_quantities()
@@ -71,7 +71,7 @@ def _document_curve(
 
 
 def format_sweep_report(swept: SweepResult) -> str:
-    """The same as a table."""
+    """Format the report as a table."""
     sampled, grid = swept.sampled, swept.grid
     lines = [f"{len(sampled.values)} points:"]
     for item, values in zip(grid.parameters, grid.values, strict=True):

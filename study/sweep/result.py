@@ -1,4 +1,4 @@
-"""Curves and limits over parameters as people and other programs want them: netCDF and CSV."""
+"""Curves and limits over parameters as netCDF and CSV."""
 
 import csv
 import io
@@ -30,9 +30,9 @@ class SampledLimits:
     Parameters
     ----------
     quantity
-        Quantity.
+        Bounded quantity.
     points
-        Its limits at each point.
+        Limits at each point.
     """
 
     quantity: Quantity
@@ -40,11 +40,11 @@ class SampledLimits:
 
     @property
     def first(self) -> LimitCurves:
-        """Limits of the first point: words, unit, levels and frequencies are those of all."""
+        """Limits of the first point; quantity, unit, levels and frequencies are the same at all points."""
         return self.points[0]
 
     def peaks(self) -> Float[Real, "n 2 level 2"]:
-        """Value and frequency [Hz] of the highest points of both limits, the lower limit first; NaN where none is."""
+        """Value and frequency [Hz] of the highest points of both limits, the lower limit first; NaN if not found."""
         peaks = np.full((len(self.points), 2, len(self.first.limits.level), 2), np.nan)
         for point, side, level in np.ndindex(*peaks.shape[:3]):
             own = self.points[point]
@@ -56,18 +56,18 @@ class SampledLimits:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SampledCase:
-    """What was computed of a case at n points of its parameters.
+    """Results of a case at n points of its parameters.
 
     Parameters
     ----------
     parameters
-        Parameters, d of them.
+        The d parameters.
     values
-        Values at each point, in the unit of each, shape (n, d).
+        Values at each point, in the units of the parameters, shape (n, d).
     curves
-        Response curves; None of a case without a [sweep].
+        Response curves; None for a case without a [sweep].
     limits
-        Limits of each quantity at all points; empty where they were not asked for.
+        Limits of each quantity at all points; empty if they were not requested.
     """
 
     parameters: tuple[CaseParameter, ...]
@@ -76,7 +76,7 @@ class SampledCase:
     limits: tuple[SampledLimits, ...] = ()
 
     def curve_quantities(self) -> Float[Real, "n curve output 4"]:
-        """Place of the peak [Hz or -], amplitude [SI], damping ratio, and 1 for a peak at an end of its curve."""
+        """Position of the peak [Hz or -], amplitude [SI], damping ratio, and 1 for a peak at an end of its curve."""
         assert self.curves is not None
         outputs = range(len(self.curves.model.outputs))
         rows = [[[item.peak(output) for output in outputs] for item in point] for point in self.curves.curves]
@@ -90,7 +90,7 @@ class SampledCase:
 
 
 def format_curves_csv(sampled: SampledCase) -> str:
-    """One line per point of each curve."""
+    """Format one line per point of each curve."""
     curves = sampled.curves
     assert curves is not None
     head = [*_list_parameter_columns(sampled), "curve", "frequency [Hz]", "level"]
@@ -112,7 +112,7 @@ def format_curves_csv(sampled: SampledCase) -> str:
 
 
 def format_peaks_csv(sampled: SampledCase) -> str:
-    """One line per point and curve: peak and equivalent damping of each output."""
+    """Format one line per point and curve: peak and equivalent damping of each output."""
     curves = sampled.curves
     assert curves is not None
     place = "frequency [Hz]" if curves.model.curves[0].parameter == "frequency" else "level"
@@ -137,7 +137,7 @@ def format_peaks_csv(sampled: SampledCase) -> str:
 
 
 def format_limits_csv(sampled: SampledCase) -> str:
-    """One line per quantity, point, level and frequency, with both limits."""
+    """Format one line per quantity, point, level and frequency, with both limits."""
     head = ["quantity", "unit", *_list_parameter_columns(sampled), "level", "frequency [Hz]", *SIDES]
 
     def lines() -> Iterable[list[object]]:
@@ -151,7 +151,7 @@ def format_limits_csv(sampled: SampledCase) -> str:
 
 
 def make_dataset(sampled: SampledCase, title: str) -> "xr.Dataset":
-    """All in one dataset; curves point after point, each with the numbers of its parameter point and its curve."""
+    """Make a dataset of all results; each point of a curve has the numbers of its parameter point and its curve."""
     import xarray as xr
 
     data = xr.Dataset(
@@ -214,7 +214,7 @@ def _make_curve_data(sampled: SampledCase, curves: SampledCurves) -> "xr.Dataset
 
 
 def write_csv(head: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
-    """A table as text."""
+    """Format a table as CSV."""
     stream = io.StringIO()
     write = csv.writer(stream, lineterminator="\n").writerow
     write(head)

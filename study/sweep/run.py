@@ -25,22 +25,22 @@ from study.sweep.result import (
 )
 from study.sweep.samples import compute_curves
 
-#: What a user asks for: values of each parameter by its name, or words NAME=VALUES.
+#: Requested values of each parameter by its name, or words NAME=VALUES.
 Values = Mapping[str, str | Sequence[float | str]] | Sequence[str]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SweepResult:
-    """What a sweep computed.
+    """Result of a sweep.
 
     Parameters
     ----------
     grid
-        The grid.
+        Grid of the sweep.
     sampled
-        Curves and limits of its points, in their order.
+        Curves and limits at the points of the grid, in their order.
     files
-        Written ones.
+        Written files.
     """
 
     grid: Grid
@@ -56,7 +56,7 @@ def sweep(
     run: RunContext | None = None,
     workers: Workers = 1,
 ) -> SweepResult:
-    """Response curves, and limits, of a case over a grid of its parameters; nothing is written.
+    """Compute response curves, and limits, of a case over a grid of its parameters; nothing is written.
 
     Parameters
     ----------
@@ -70,13 +70,13 @@ def sweep(
     run
         Store and progress; none by default.
     workers
-        Processes [-]; this one by default. With more, or None for one per core, a script needs
+        Number of processes [-]; only this process by default. With more, or None for one per core, a script needs
         ``if __name__ == "__main__":``. Or the address of a dask scheduler.
 
     Raises
     ------
     CaseError
-        With every mistake of the case, or one of the grid.
+        If the case has mistakes; the error lists all of them. Or a mistake of the grid.
     ComputationFailed
         No curve could be started.
     """
@@ -100,12 +100,12 @@ def sweep(
 
 
 def require_curves_or_limits(opened: OpenCase, *, with_limits: bool) -> None:
-    """Refuse a case that asks for nothing, or for curves that have no peak.
+    """Refuse a case without curves and limits, or with curves that have no peak.
 
     Raises
     ------
     CaseError
-        It has no [sweep], and no limits are asked for; or its [sweep] holds an amplitude.
+        The case has no [sweep] and no limits are requested, or its [sweep] controls an amplitude.
     """
     if isinstance(opened.case.sweep, ControlledSweepTable):
         raise opened.lacks(
@@ -118,18 +118,18 @@ def require_curves_or_limits(opened: OpenCase, *, with_limits: bool) -> None:
 
 
 def warn_of_failures(failures: Sequence[str], count: int, run: RunContext) -> None:
-    """Say how many curves are not complete, and why the first is not."""
+    """Warn of incomplete curves, with their number and the reason of the first."""
     if failures:
         run.warn(f"{len(failures)} of {count} curves do not reach the end of their range; the first one: {failures[0]}")
 
 
 def run_sweep(path: Path, words: Sequence[str], run: RunContext, *, limits: bool | None = None) -> SweepResult:
-    """`sweep` with one process per core or the scheduler of the run, and its tables and figures in the output folder.
+    """Run `sweep` with one process per core or the scheduler of the run, and write tables and figures.
 
     Raises
     ------
     CaseError
-        With every mistake of the case, or one of the grid.
+        If the case has mistakes; the error lists all of them. Or a mistake of the grid.
     ComputationFailed
         No curve could be started.
     """

@@ -1,4 +1,4 @@
-"""Response curves of a case at many values of its parameters: each value is one case, and each curve is stored."""
+"""Response curves of a case at many values of its parameters; finished curves are stored."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ from study.solve.model import SolveModel, make_solve_model
 from study.sweep.curve import PointCurve, point_curve
 from study.sweep.parameter import CaseParameter, ParameterError, vary
 
-#: What the case holds at a point.
+#: Entries of the case file at a point.
 Point = Mapping[CaseParameter, object]
 
 
@@ -27,7 +27,7 @@ class SampledCurves:
     Parameters
     ----------
     model
-        Model of the case itself, whose outputs and curves those of all points are.
+        Model of the case itself; its outputs and requested curves are those of all points.
     curves
         Curves of each point, in the order of the case.
     """
@@ -37,17 +37,17 @@ class SampledCurves:
 
     @property
     def failures(self) -> list[str]:
-        """Why a curve does not reach the end of its range, of each such curve."""
+        """Reasons of all curves that do not reach the end of their range."""
         return [item.stop_message for point in self.curves for item in point if not item.complete]
 
 
 def point_model(opened: OpenCase, point: Point, run: RunContext) -> SolveModel:
-    """The model of a point: that of the case with these values.
+    """Make the model of the case with the values of a point.
 
     Raises
     ------
     CaseError
-        As `stickslip solve` would say it of the case with these values.
+        The case with these values is invalid; the messages are those of `stickslip solve`.
     """
     varied = vary(opened, point)
     quiet = replace(run, progress=SilentProgress())
@@ -58,12 +58,12 @@ def point_model(opened: OpenCase, point: Point, run: RunContext) -> SolveModel:
 def compute_curves(
     opened: OpenCase, points: Sequence[Point], model: SolveModel, run: RunContext, workers: Workers = None
 ) -> SampledCurves:
-    """Curves of all points; one that is stored is not computed again.
+    """Compute the curves of all points; stored curves are used.
 
     Parameters
     ----------
     opened
-        The case.
+        Case of the curves.
     points
         Values of the parameters.
     model
@@ -71,12 +71,12 @@ def compute_curves(
     run
         Store and progress of the run.
     workers
-        Processes [-]; one for each core by default, this process for 1. Or the address of a dask scheduler.
+        Number of processes [-]; one for each core by default, this process for 1. Or the address of a dask scheduler.
 
     Raises
     ------
     CaseError
-        A point that is no sound case.
+        The case is invalid at a point.
     ComputationFailed
         No curve could be started.
     """
@@ -89,7 +89,7 @@ def compute_curves(
             except InputError as error:
                 values = ", ".join(f"{item.name} = {value}" for item, value in point.items())
                 raise ParameterError(f"with {values}: {error}") from error
-            # What the other curves are is nothing that a stored curve depends on.
+            # Without the requests of other curves, on which a stored curve does not depend.
             alone = replace(own, curves=())
             for curve in own.curves:
                 inputs = {"model": alone, "curve": curve}

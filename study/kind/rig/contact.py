@@ -20,8 +20,8 @@ class WirePull:
     """The pull of a wire on a damper.
 
     Its force [N], its shift along the damper's axis, positive away from the blade [m], and its inclination to +z in the
-    plane of y and z, positive towards +y [rad]. The force is distributed over a width of the cylinder [m]; None for the
-    whole cylinder.
+    plane of y and z, positive towards +y [rad]. The force is distributed over a width of the cylinder around its
+    position [m]; None for the whole cylinder.
     """
 
     force: float

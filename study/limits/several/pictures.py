@@ -1,4 +1,4 @@
-"""Pictures of the limits of all quantities: those of each output, and the forces of each line."""
+"""Pictures of the limits of all quantities: of each output, and of the forces of each line."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -13,14 +13,14 @@ from study.limits.several.quantity import Quantity
 def draw_several_limits(
     quantities: Sequence[Quantity], curves: Sequence[LimitCurves], title: str, *, in_newtons: bool
 ) -> dict[str, object]:
-    """Figures by name.
+    """Make the figures, by name.
 
     Parameters
     ----------
     quantities, curves
         Quantities and their limits, in the same order.
     title
-        Of the case.
+        Title of the case.
     in_newtons
         Whether levels are forces.
     """
@@ -54,7 +54,7 @@ def _arrange_over_frequency(
 def _arrange_over_level(
     lines: Mapping[str, Mapping[str, LimitCurves]], title: str, *, in_newtons: bool
 ) -> LineForceLimits:
-    """Of one frequency; the ends of the sampled histories are drawn inside."""
+    """Arrange the limits at one frequency over level, with the lowest and the highest sampled history."""
     panels = [
         ForceLimits(
             line=line, force=force, level=item.limits.level, value=item.value[:, :, 0], sampled=item.sampled[:, :, 0]
@@ -70,7 +70,7 @@ def _arrange_over_level(
 
 
 def name_stems(quantities: Iterable[Quantity]) -> dict[str, str]:
-    """Part of a file's name for each sensor and line: letters that some file systems refuse become underscores."""
+    """Make a part of a file name for each sensor and line, with underscores for characters that some systems refuse."""
     stems: dict[str, str] = {}
     for name in dict.fromkeys(item.place for item in quantities):
         stem = re.sub(r"[^\w.-]+", "_", name)

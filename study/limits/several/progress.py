@@ -1,10 +1,10 @@
-"""Progress of a search for several limits, as a share of its work."""
+"""Progress of a search for several limits, as a fraction of its work."""
 
 from collections.abc import Callable
 
 from hbsolve.limits.several_limits import SeveralProgress
 
-#: Share of the work of one objective at the end of each stage, as measured on the beam; sampling is shared.
+#: Fraction of the work of one objective at the end of each stage, measured on the beam; sampling is common to all.
 STAGE_END = {
     "population": 0.2,
     "neighbours": 0.4,
@@ -16,7 +16,7 @@ STAGE_END = {
 
 
 class SeveralSearchProgress:
-    """Turns what a search reports into a share that only grows; what was found in files counts as no work.
+    """Converter of reports of a search into increasing progress; tasks that were stored earlier do not count.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Quantities of a run over everything: amplitudes of the sensors of motion, and forces of every contact line."""
+"""Quantities of a search for all limits: amplitudes of the sensors of motion, and forces of all contact lines."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,24 +11,24 @@ from study.limits.table import LimitsTable
 from study.solve.model import SolveModel
 from study.solve.result import find_main_harmonic
 
-#: Letters of a line's forces by direction, as in the reference paper; the number of the harmonic follows.
+#: Symbols of a line's forces by direction, as in the reference paper, before the number of the harmonic.
 LETTERS = {"tangential": "T", "second tangential": "second T", "normal": "N"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Quantity:
-    """One quantity of many.
+    """A bounded quantity.
 
     Parameters
     ----------
     name
-        Words for it, such as "displacement of tip"; no two have the same.
+        Unique name, such as "displacement of tip".
     table
-        [limits] of a case that asks for this quantity alone.
+        Table [limits] for only this quantity.
     output
-        Sensor whose amplitude it is; None for forces.
+        Sensor whose amplitude is bounded; None for forces.
     harmonic
-        The one of amplitudes and dynamic forces [-].
+        Harmonic of amplitudes and dynamic forces [-].
     """
 
     name: str
@@ -43,25 +43,25 @@ class Quantity:
 
     @property
     def force(self) -> str:
-        """Short name of a force such as "T0" or "N1"."""
+        """Symbol of a force, such as "T0" or "N1"."""
         letter = LETTERS[self.table.direction or "tangential"]
         return f"{letter}{0 if self.table.objective == 'static force' else self.harmonic}"
 
 
 def own_quantity(table: LimitsTable, model: SolveModel) -> Quantity:
-    """The one quantity that a case asks for.
+    """Make the quantity of a case with one objective.
 
     Parameters
     ----------
     table
-        Request of the case, of one objective.
+        Table [limits] of the case.
     model
         Model of the case.
 
     Raises
     ------
     BalanceError
-        A sensor that there is not.
+        The sensor does not exist.
     """
     output = choose_bounded_output(table, model.outputs)
     return Quantity(
@@ -73,19 +73,19 @@ def own_quantity(table: LimitsTable, model: SolveModel) -> Quantity:
 
 
 def list_quantities(table: LimitsTable, model: SolveModel) -> tuple[Quantity, ...]:
-    """Amplitudes first, then the static and dynamic forces of each line.
+    """List the amplitudes, and then the static and dynamic forces of each line.
 
     Parameters
     ----------
     table
-        Request of the case; its sensor and its contact, if given, are the only ones.
+        Table [limits] of the case; if it gives a sensor or a contact, it is the only one.
     model
         Model of the case.
 
     Raises
     ------
     BalanceError
-        A sensor or contact that there is not, or two sensors of one name.
+        A sensor or contact does not exist, or two quantities have the same name.
     """
     outputs = model.outputs if table.sensor is None else (choose_output(table, model.outputs),)
     harmonic = find_main_harmonic(model.system)
@@ -109,7 +109,7 @@ def list_quantities(table: LimitsTable, model: SolveModel) -> tuple[Quantity, ..
 
 
 def _list_forces(table: LimitsTable, model: SolveModel) -> Iterator[LimitsTable]:
-    """Quantities of each force of each line; a contact without a line counts as one."""
+    """Yield the table for each force of each line; a contact without a line counts as a line."""
     normal = {joint.name: joint.normal_direction for joint in model.system.joints}
     if table.contact is not None:
         chosen = {table.contact: find_contacts(table.contact, model)}
@@ -118,7 +118,7 @@ def _list_forces(table: LimitsTable, model: SolveModel) -> Iterator[LimitsTable]
         alone = {name: (name,) for name in normal if name not in in_a_line}
         chosen = {**model.lines, **alone}
     for line, members in chosen.items():
-        # Of joints without a normal force there is no contact force.
+        # Joints without a normal force have no contact force.
         if any(normal[name] is None for name in members):
             continue
         n_tangent = min(int(normal[name] or 0) for name in members)

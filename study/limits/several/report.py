@@ -1,4 +1,4 @@
-"""Report of ``stickslip limits`` on all quantities: a table for people, a document for programs."""
+"""Report of ``stickslip limits`` on all quantities: a table of text and a JSON document."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ from study.limits.table import EVERYTHING
 
 
 def document_several_limits(limited: SeveralLimitsResult) -> dict[str, Any]:
-    """The document of ``--json``."""
+    """Make the document of ``--json``."""
     limits = limited.curves[0].limits
     return {
         "objective": EVERYTHING,
@@ -45,7 +45,7 @@ def document_several_limits(limited: SeveralLimitsResult) -> dict[str, Any]:
 
 
 def format_several_limits_report(limited: SeveralLimitsResult) -> str:
-    """The same as a table."""
+    """Format the report as a table."""
     document, limits = document_several_limits(limited), limited.curves[0].limits
     n, reach = document["n_frequency"], document["reach_m"]
     where = f"over {n} frequencies" if n > 1 else f"at {limits.frequency[0]:.6g} Hz"

@@ -1,4 +1,4 @@
-"""Limits of all quantities as one table."""
+"""Limits of all quantities as a CSV table."""
 
 import csv
 import io
@@ -9,7 +9,7 @@ from study.limits.result import LimitCurves, list_columns, list_rows
 
 
 def format_several_csv(curves: Sequence[LimitCurves]) -> str:
-    """One line a quantity, level and frequency, as `format_limits_csv`; the unit has a column of its own."""
+    """Format one line per quantity, level and frequency, see `format_limits_csv`; the unit has a separate column."""
     stream = io.StringIO()
     write = csv.writer(stream, lineterminator="\n").writerow
     for number, item in enumerate(curves):

@@ -1,4 +1,4 @@
-"""``stickslip limits`` of everything: amplitudes and the forces of all lines, by one search."""
+"""``stickslip limits`` of all quantities: amplitudes and the forces of all lines, by one search."""
 
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class SeveralLimitsResult:
     quantities, curves
         Quantities and their limits, in the same order.
     files
-        Written ones.
+        Written files.
     """
 
     quantities: tuple[Quantity, ...]
@@ -42,7 +42,7 @@ def searches_all_quantities(path: Path) -> bool:
     Raises
     ------
     CaseError
-        With every mistake of the case.
+        If the case has mistakes; the error lists all of them.
     """
     return open_case(path).case.limits.objective == EVERYTHING
 
@@ -57,14 +57,14 @@ def run_several_limits(path: Path, run: RunContext, executor: Executor | None = 
     run
         Output folder, store and progress of the run.
     executor
-        Runs the tasks of the search; a process for each core by default. The limits are the same.
+        Executor of the tasks of the search; a process for each core by default. The limits do not depend on it.
 
     Raises
     ------
     CaseError
-        With every mistake of the case.
+        If the case has mistakes; the error lists all of them.
     ComputationFailed
-        No rest under the static load, or a process that was killed.
+        There is no state of rest under the static load, or a process was killed.
     """
     assert run.output is not None
     opened, model = read_limited_case(path, run)

@@ -1,4 +1,4 @@
-"""Limits of all quantities of a case as a stage: one population and one set of histories serve them all."""
+"""Search for the limits of all quantities as a stage, with one population and one set of histories for all."""
 
 from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from concurrent.futures import Executor
@@ -25,16 +25,16 @@ from study.solve.model import SolveModel
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeveralSearch:
-    """All that limits of many quantities depend on.
+    """All inputs of a search for limits of several quantities.
 
     Parameters
     ----------
     first
-        Search of the first of them: system, frequencies, levels, box and effort are those of all.
+        Search for the first quantity: system, frequencies, levels, box and effort are the same for all.
     names
         Name of each quantity.
     objectives
-        What is bounded, in the order of the names.
+        Objective of each quantity.
     """
 
     first: LimitSearch
@@ -42,7 +42,7 @@ class SeveralSearch:
     objectives: tuple[Objective, ...]
 
     def select(self, name: str, output: Sensor | None) -> LimitSearch:
-        """Search of one quantity alone, by its name; the sensor whose amplitude it is, or None for a force."""
+        """Make the search for only one quantity, by its name; `output` is its sensor, or None for a force."""
         objective = self.objectives[self.names.index(name)]
         return replace(self.first, objective=objective, row=None if output is None else output.row)
 
@@ -50,23 +50,23 @@ class SeveralSearch:
 def make_several_search(
     case: CaseModel, table: LimitsTable, sweep: Sweep, model: SolveModel
 ) -> tuple[SeveralSearch, tuple[Quantity, ...]]:
-    """The search that a case asks for, and its quantities.
+    """Make the search of a case, and its quantities.
 
     Parameters
     ----------
     case
-        Names file and line of a mistake.
+        Case, for file and line of a mistake.
     table
         Table [limits] of the case.
     sweep
-        Table [sweep] of the case, for what [limits] leaves out; None if there is none.
+        Table [sweep] of the case, for keys that [limits] does not give; None if there is none.
     model
         Model of the case.
 
     Raises
     ------
     CaseError
-        As `make_limit_search`.
+        See `make_limit_search`.
     """
     with located(case, "limits"):
         quantities = list_quantities(table, model)
@@ -89,23 +89,23 @@ def search_several_limits(
     executor: Executor | None = None,
     report: Callable[[float, float], None] | None = None,
 ) -> dict[str, ResponseLimits]:
-    """Search for the limits, or go on with a search that was stopped.
+    """Search for the limits, or continue a search that was interrupted.
 
     Parameters
     ----------
     search
-        Request of the case.
+        Search of the case.
     tasks
-        Results of those that are done.
+        Results of finished tasks.
     executor
-        Runs them; this process by default.
+        Executor of the tasks; this process by default.
     report
-        Progress.
+        Function that receives the progress.
 
     Raises
     ------
     ComputationFailed
-        No rest under the static load, or a process that was killed.
+        There is no state of rest under the static load, or a process was killed.
     """
     first = search.first
     with explained_failures():
@@ -123,12 +123,12 @@ def convert_several_limits(
     model: SolveModel,
     run: RunContext,
 ) -> tuple[LimitCurves, ...]:
-    """Convert the result of a search for each quantity, refined to the tolerance of the case, into its unit.
+    """Refine the limits of each quantity to the tolerance of the case, and convert them into the units of reports.
 
     Parameters
     ----------
     search, quantities
-        As `make_several_search` gives them.
+        Result of `make_several_search`.
     limits
         Limits of each quantity by its name.
     model
