@@ -11,7 +11,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from geometry.errors import ComputationFailed
 from geometry.registry import load_file, loaded_files
@@ -19,6 +19,8 @@ from pipeline.parallel import NO_GUARD, Task
 from pipeline.progress import Progress, Report
 from pipeline.store import Outcome, Store
 from pipeline.worker_pool import Workers, count_workers, worker_pool
+
+T = TypeVar("T")
 
 #: Interval at which the time left is shown while no task ends [s].
 LOOK_EVERY = 1.0
@@ -70,6 +72,23 @@ def make_map(executor: Executor) -> Callable[..., Iterator[Any]]:
             yield from executor.map(partial(_call, loaded_files(), function), *items)
 
     return map_over
+
+
+def start_call(executor: Executor, function: Callable[..., T], *items: Any) -> Callable[[], T]:
+    """Start a call in a process of an executor, which loads the users' files that this process has loaded.
+
+    Returns
+    -------
+    Waits for the result; raises `ComputationFailed` if the process was killed, else the error of the call.
+    """
+    future = executor.submit(_call, loaded_files(), function, *items)
+
+    def wait_for_result() -> T:
+        with _explained_failure():
+            result: T = future.result()
+        return result
+
+    return wait_for_result
 
 
 def _call(plugins: list[Path], function: Callable[..., Any], *items: Any) -> Any:

@@ -1,7 +1,9 @@
 """Automatic diagnosis next to the calibration by hand: `diagnose --auto` from iteration 1, without further input."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,9 @@ from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.verdict import Finding
 from geometry.rig import SIDES
 from pipeline.output import replace_file
+from pipeline.parallel import process_pool
+from pipeline.pool import start_call
+from pipeline.progress import SilentProgress
 from pipeline.store import stage
 from study.diagnose.history import name_history_file
 from study.diagnose.report import format_headline
@@ -30,6 +35,12 @@ SCALED = {"kt": "kt", "kn": "kn", "mu": "mu", "damping": "zeta"}
 CHANGED = {f"{kind} of {side} dead weight": f"{kind}_{side}" for side in SIDES for kind in ("shift", "inclination")}
 #: Source of an interval of a diagnosis.
 COVARIANCE = "covariance of least squares"
+#: Folder of the case file in the output folder.
+CASE_FOLDER = "automatic"
+#: Modules that a diagnosis needs.
+POOL_MODULES = ("study.diagnose.run",)
+#: Duration of three rounds beside the calibration by hand [s].
+EXPECTED = 1800.0
 #: Findings whose best effect is part of the answer.
 NAMED = (Finding.MISSING, Finding.AMBIGUOUS)
 
@@ -68,6 +79,35 @@ class AutomaticDiagnosis:
     is_complete: bool
 
 
+@contextmanager
+def diagnosing_automatically(
+    model: PaperModel, start: RigParameters, campaign: Campaign, folder: Path, run: RunContext, *, repeat: bool = True
+) -> Iterator[Callable[[], AutomaticDiagnosis]]:
+    """Diagnose in a process of its own, while the caller calibrates by hand, which leaves a core free at times.
+
+    Parameters as for `diagnose_automatically`. At an early end the process ends too; its finished steps are stored.
+
+    Yields
+    ------
+    Waits for the result, with progress; raises `ComputationFailed` if the process was killed.
+    """
+    assert run.output is not None
+    make = partial(diagnose_automatically, model, start, campaign, folder, repeat=repeat)
+    inputs = (write_case(model, start), start, campaign.content, campaign, folder, run.output / CASE_FOLDER, run)
+    if run.store.has(diagnose_text, *inputs, repeat=repeat):
+        yield lambda: make(run)
+        return
+    silent = replace(run, progress=SilentProgress(), quiet=True)
+    with process_pool(POOL_MODULES, workers=1) as executor:
+        wait = start_call(executor, make, silent)
+
+        def wait_with_progress() -> AutomaticDiagnosis:
+            with run.progress.step("automatic diagnosis", expected=EXPECTED):
+                return wait()
+
+        yield wait_with_progress
+
+
 def diagnose_automatically(
     model: PaperModel, start: RigParameters, campaign: Campaign, folder: Path, run: RunContext, *, repeat: bool = True
 ) -> AutomaticDiagnosis:
@@ -91,7 +131,7 @@ def diagnose_automatically(
     The result; for a campaign that cannot be diagnosed, a single round with the reason.
     """
     assert run.output is not None
-    text, into = write_case(model, start), run.output / "automatic"
+    text, into = write_case(model, start), run.output / CASE_FOLDER
     into.mkdir(exist_ok=True)
     outcome = run.store.outcome(
         diagnose_text, text, start, campaign.content, campaign, folder, into, run, repeat=repeat

@@ -20,6 +20,7 @@ from study.paper.limits import MeasuredFamilies, read_families
 from study.paper.linear import LinearCalibration, calibrate_linear
 from study.paper.model import PaperModel
 from study.paper.nonlinear import NonlinearCalibration, NonlinearIteration, calibrate_nonlinear, make_target
+from study.paper.parameters import RigParameters
 from study.paper.plan import ByHandPlan
 from study.run_context import RunContext
 
@@ -57,8 +58,27 @@ class ByHand:
         return self.nonlinear.last
 
 
-def calibrate_by_hand(plan: ByHandPlan, model: PaperModel, mu: float, run: RunContext, executor: Executor) -> ByHand:
-    """Go through all iterations.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinearStage:
+    """Result of the linear iterations, with which the nonlinear ones begin.
+
+    Parameters
+    ----------
+    measured
+        Families of the campaign.
+    linear
+        Iterations.
+    start
+        Parameters of the first nonlinear iteration.
+    """
+
+    measured: MeasuredFamilies
+    linear: LinearCalibration
+    start: RigParameters
+
+
+def calibrate_linear_stage(plan: ByHandPlan, model: PaperModel, mu: float, run: RunContext) -> LinearStage:
+    """Go through the linear iterations.
 
     Parameters
     ----------
@@ -70,21 +90,42 @@ def calibrate_by_hand(plan: ByHandPlan, model: PaperModel, mu: float, run: RunCo
         First guess of the friction coefficient [-].
     run
         Output folder, store and progress.
-    executor
-        Processes of searches and fits.
 
     Raises
     ------
     CampaignError
         No response of the structure with its dampers was measured.
     ComputationFailed
-        No resonance in the tests, no rest under the dead weights, or a process that was killed.
+        No resonance in the tests, or no rest under the dead weights.
     """
     measured = read_families(model.campaign)
     linear = calibrate_linear(plan, model, mu, run)
     # The paper keeps the stiffness of the linear calibration, and returns to the damping of the narrow stuck resonance.
     start = replace(linear.iterations[-1].own.parameters, mu=mu, damping=linear.stuck.damping)
-    nonlinear = calibrate_nonlinear(plan, model, start, measured, run, executor)
+    return LinearStage(measured=measured, linear=linear, start=start)
+
+
+def calibrate_by_hand(
+    plan: ByHandPlan, model: PaperModel, stage: LinearStage, run: RunContext, executor: Executor
+) -> ByHand:
+    """Go through the nonlinear iterations, and find the intervals of the parameters.
+
+    Parameters
+    ----------
+    plan, model, run
+        As for `calibrate_linear_stage`.
+    stage
+        Its result.
+    executor
+        Processes of searches and fits.
+
+    Raises
+    ------
+    ComputationFailed
+        No rest under the dead weights, or a process that was killed.
+    """
+    measured, linear = stage.measured, stage.linear
+    nonlinear = calibrate_nonlinear(plan, model, stage.start, measured, run, executor)
     return ByHand(
         measured=measured, linear=linear, nonlinear=nonlinear,
         intervals=_find_all_intervals(model, linear, nonlinear, measured, run, executor),

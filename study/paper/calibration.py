@@ -15,7 +15,7 @@ from study.estimate.first_estimate import FirstEstimate, choose_estimate
 from study.estimate.run import estimate_all
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
-from study.paper.by_hand import POOL_MODULES, ByHand, calibrate_by_hand, make_hand_document
+from study.paper.by_hand import POOL_MODULES, ByHand, calibrate_by_hand, calibrate_linear_stage, make_hand_document
 from study.paper.calibration_page import make_calibration_page
 from study.paper.case import PaperCase
 from study.paper.case_file import write_parameters
@@ -118,8 +118,10 @@ def run_calibration(case: Path, folder: Path, run: RunContext, *, quick: bool) -
     estimates = tuple(estimate_all(read_case(opened, campaign, silent).setup.model, campaign, warnings))
     guesses = tuple(item for name in ("kt", "mu") if (item := choose_estimate(estimates, name)) is not None)
     mu = next((item.value for item in guesses if item.parameter == "mu"), opened.case.structure.contact.mu)
+    plan = make_case_plan(opened.case, paper)
+    begun = calibrate_linear_stage(plan, model, mu, run)
     with process_pool(POOL_MODULES) as executor:
-        hand = calibrate_by_hand(make_case_plan(opened.case, paper), model, mu, run, executor)
+        hand = calibrate_by_hand(plan, model, begun, run, executor)
     missing = [*warnings, *hand.missing]
     if opened.case.added or opened.case.calibrated.given:
         missing.append("[calibrated] and [[added]] of the case are left out: the iterations set the values themselves.")

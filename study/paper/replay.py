@@ -13,8 +13,8 @@ from pipeline.parallel import process_pool
 from pipeline.pool import make_map
 from pipeline.progress import SilentProgress
 from study.kind.registry import OpenCase, open_case
-from study.paper.automatic_diagnosis import AutomaticDiagnosis, diagnose_automatically
-from study.paper.by_hand import POOL_MODULES, ByHand, calibrate_by_hand
+from study.paper.automatic_diagnosis import AutomaticDiagnosis, diagnosing_automatically
+from study.paper.by_hand import POOL_MODULES, ByHand, calibrate_by_hand, calibrate_linear_stage
 from study.paper.campaign import Reference, make_reference
 from study.paper.case import PaperCase
 from study.paper.first_guess import FirstGuess, guess_first
@@ -104,12 +104,15 @@ def replay(run: RunContext, *, seed: int, like: int, quick: bool) -> Replay:
     reference = make_reference(case, opened, folder, run, seed=seed, like=like)
     model = _model(case, opened, reference, run)
     guess = guess_first(reference)
-    # One pool for all searches and fits: its processes read the compiled code once.
-    with process_pool(POOL_MODULES) as executor:
-        hand = calibrate_by_hand(make_paper_plan(case), model, guess.mu, run, executor)
-        sensitivity = _run_sensitivities(model, hand.last.parameters, hand.measured, run, executor)
-    start = hand.nonlinear.iterations[0].parameters
-    own = diagnose_automatically(model, start, reference.campaign, folder, run, repeat=not quick)
+    plan = make_paper_plan(case)
+    begun = calibrate_linear_stage(plan, model, guess.mu, run)
+    automatic = diagnosing_automatically(model, begun.start, reference.campaign, folder, run, repeat=not quick)
+    with automatic as wait_for_diagnosis:
+        # One pool for all searches and fits: its processes read the compiled code once.
+        with process_pool(POOL_MODULES) as executor:
+            hand = calibrate_by_hand(plan, model, begun, run, executor)
+            sensitivity = _run_sensitivities(model, hand.last.parameters, hand.measured, run, executor)
+        own = wait_for_diagnosis()
     truth = json.loads((folder / FILE).read_text(encoding="utf-8"))["parameters"]
     return Replay(
         case=case, reference=reference, guess=guess, hand=hand, own=own, sensitivity=sensitivity, truth=truth,

@@ -15,7 +15,7 @@ import pytest
 from geometry.errors import ComputationFailed, InputError
 from geometry.registry import loaded_files, module_name
 from pipeline.parallel import Task, process_pool
-from pipeline.pool import make_map, run_pooled
+from pipeline.pool import make_map, run_pooled, start_call
 from pipeline.progress import Report, SilentProgress
 from pipeline.store import Stage, Store
 
@@ -95,7 +95,7 @@ def kill_itself(_: int) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_a_map_over_processes_has_the_files_of_this_process_and_explains_a_killed_one(
+def test_calls_in_processes_have_the_files_of_this_process_and_explains_a_killed_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "own_law.py"
@@ -105,8 +105,13 @@ def test_a_map_over_processes_has_the_files_of_this_process_and_explains_a_kille
     with process_pool([], 2) as executor:
         map_over = make_map(executor)
         assert list(map_over(count_plugins, range(3))) == [len(loaded_files())] * 3
+        assert start_call(executor, count_plugins, 1)() == len(loaded_files())
         with pytest.raises(ComputationFailed, match="killed"):
             list(map_over(kill_itself, range(2)))
+    with process_pool([], 1) as executor:
+        wait_for_result = start_call(executor, kill_itself, 1)
+        with pytest.raises(ComputationFailed, match="killed"):
+            wait_for_result()
 
 
 def test_a_pool_whose_processes_cannot_begin_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:

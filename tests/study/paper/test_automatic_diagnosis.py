@@ -14,7 +14,7 @@ from diagnosis.effect.shift import Shift
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from pipeline.store import Store
 from study.paper import automatic_diagnosis
-from study.paper.automatic_diagnosis import diagnose_automatically, read_values
+from study.paper.automatic_diagnosis import diagnose_automatically, diagnosing_automatically, read_values
 from study.paper.parameters import RigParameters
 
 START = RigParameters(kt=4e6, kn=8e6, mu=0.6, damping=2e-3, shift_left=1e-3)
@@ -90,7 +90,10 @@ def test_a_stored_diagnosis_writes_its_files_again(tmp_path: Path, monkeypatch: 
         run.output.mkdir(exist_ok=True)
         model: Any = "rig"
         results.append(diagnose_automatically(model, START, campaign, tmp_path, run))
+        # What is stored needs no process.
+        with diagnosing_automatically(model, START, campaign, tmp_path, run) as wait_for_result:
+            results.append(wait_for_result())
         assert (run.output / "automatic" / "iteration_1.toml").read_text(encoding="utf-8") == "title = 'rig'"
     assert calls == [tmp_path / "one" / "automatic" / "iteration_1.toml"]
-    assert told == ["automatic diagnosis"] * 2
+    assert told == ["automatic diagnosis"] * 5
     assert {item.rounds[0].sentence for item in results} == {"no diagnosis: two repeats are too few"}
