@@ -103,6 +103,14 @@ class FeatureArrangement:
             error=squares[0] ** 0.5, held_out_error=squares[1] ** 0.5,
         )  # fmt: skip
 
+    def test_uncalibrated(self, model: Model) -> Refit:
+        """The same test of an uncalibrated model."""
+        prediction = self.train.predict(model)
+        residual = self.train.residual(prediction)
+        whole = np.concatenate([residual, np.zeros(len(self.fit.values))])
+        fit = replace(self.fit, model=model, prediction=prediction, chi2=float(residual @ residual), residual=whole)
+        return self.tested(None, fit)
+
 
 def arrange_features(
     base: Model,

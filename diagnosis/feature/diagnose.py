@@ -88,10 +88,7 @@ def diagnose_features(
     report = report or (lambda _step, _share: None)
     report("calibration", 0.0)
     level, there = find_level(base, data), {item.effect.name for item in added}
-    if added:
-        known = list_effects(base, extra=extra, level=level)
-        added = [item.listed_in(known) for item in added]
-    arrangement = run_step("arrangement", lambda: arrange_features(base, data, calibration, added=added))
+    arrangement = calibrate_features(base, data, calibration, added=added, extra=extra, run_step=run_step)
     catalogue = list_effects(base, without=without, extra=extra, level=level)
     catalogue = replace(catalogue, candidates=tuple(item for item in catalogue.candidates if item.name not in there))
     scores, baseline, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, PROGRESS)
@@ -104,6 +101,22 @@ def diagnose_features(
         verdict=verdict,
     )  # fmt: skip
     return FeatureResult(diagnosis=diagnosis, indications=indications)
+
+
+def calibrate_features(
+    base: Model,
+    data: Sequence[Datum],
+    calibration: Sequence[CalibrationParameter],
+    *,
+    added: Sequence[AddedEffect] = (),
+    extra: Sequence[Extra] = (),
+    run_step: RunStep = compute_step,
+) -> FeatureArrangement:
+    """Calibrate a model, the first part of a diagnosis; parameters as for `diagnose_features`."""
+    if added:
+        known = list_effects(base, extra=extra, level=find_level(base, data))
+        added = [item.listed_in(known) for item in added]
+    return run_step("arrangement", lambda: arrange_features(base, data, calibration, added=added))
 
 
 def find_level(base: Model, data: Sequence[Datum]) -> float:

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +12,7 @@ from correlation.sensor_placement import with_sensors
 from diagnosis.decision.verdict import Finding
 from diagnosis.feature.arrangement import split_data
 from diagnosis.feature.diagnose import FeatureDiagnosis, diagnose_features
-from diagnosis.fit.problem import Refit
-from study.case.setup import Setup, read_case
+from study.case.setup import Setup
 from study.compare.data import compare_data, describe_coverage
 from study.compare.data_view import show_data
 from study.compare.page import render_sections
@@ -25,9 +23,10 @@ from study.compare.sentence import Summary
 from study.compare.suspicions import find_all_suspicions
 from study.diagnose.add import add
 from study.diagnose.advice import ADVICE
-from study.diagnose.history import DIAGNOSIS, Errors, HistoryStep, hash_case, history_of, read_text
+from study.diagnose.feature_data import read_setup_with_sensors, summarise_feature_errors
+from study.diagnose.history import DIAGNOSIS, HistoryStep, hash_case, history_of, read_text
 from study.diagnose.progress import phases
-from study.diagnose.round import MOST_ADDED, Steps, summarise_errors
+from study.diagnose.round import MOST_ADDED, Steps
 from study.diagnose.table import format_fitted_strength, list_case_values
 from study.json_value import to_json
 from study.merge_sentences import merge_suspicions
@@ -198,7 +197,7 @@ def run_data_diagnosis(
     CaseError, CampaignError, EffectError, OutputError
         An error in the case, the campaign, the kinds or the folders.
     """
-    setup = _read_setup(case, campaign, run)
+    setup = read_setup_with_sensors(case, campaign, run)
     suspicions = _find_suspicions(setup, campaign)
     for suspicion in suspicions:
         run.warn(str(suspicion))
@@ -210,7 +209,7 @@ def run_data_diagnosis(
         if not auto or n_round > MOST_ADDED or verdict.finding is not Finding.MISSING:
             break
         add(case, verdict.effects[0].name, run=run)
-        setup = _read_setup(case, campaign, run)
+        setup = read_setup_with_sensors(case, campaign, run)
         suspicions = _find_suspicions(setup, campaign)
     with run.progress.step("page and figures", expected=5):
         contents = _draw(result, case.stem)
@@ -230,7 +229,7 @@ def diagnose_data(
         Store and progress; none by default.
     """
     run = run or silent_run()
-    setup = _read_setup(case, campaign, run)
+    setup = read_setup_with_sensors(case, campaign, run)
     return _diagnose(case, setup, campaign, folder, run, without, _find_suspicions(setup, campaign))
 
 
@@ -254,11 +253,6 @@ def _diagnose(
     return result
 
 
-def _read_setup(case: Path, campaign: Campaign, run: RunContext) -> Setup:
-    setup = read_case(case, campaign, run).setup
-    return replace(setup, model=with_sensors(setup.model, campaign))
-
-
 def _find_suspicions(setup: Setup, campaign: Campaign) -> tuple[Suspicion, ...]:
     return merge_suspicions(find_all_suspicions(campaign, with_sensors(setup.complete, campaign)))
 
@@ -266,20 +260,16 @@ def _find_suspicions(setup: Setup, campaign: Campaign) -> tuple[Suspicion, ...]:
 def _record(result: DataDiagnosisResult, case: Path, folder: Path, key: str) -> None:
     """Note a diagnosis in the history of its case, from where `add` takes the strengths."""
     fitted = [
-        {**list_case_values(result.setup, refit), "after": _keep_chi2(refit).document}
+        {**list_case_values(result.setup, refit), "after": summarise_feature_errors(refit).document}
         for refit in result.diagnosis.refits
         if refit.effect is not None
     ]
+    before = summarise_feature_errors(result.diagnosis.baseline)
     step = HistoryStep(
         what=DIAGNOSIS, case_key=key, campaign=str(folder.resolve()), sentence=result.headline,
-        finding=result.diagnosis.verdict.finding.value, before=_keep_chi2(result.diagnosis.baseline), candidates=fitted,
+        finding=result.diagnosis.verdict.finding.value, before=before, candidates=fitted,
     )  # fmt: skip
     history_of(case).with_step(step).save()
-
-
-def _keep_chi2(refit: Refit) -> Errors:
-    """Reduced chi-squared alone: features have errors in standard deviations, not in per cent."""
-    return replace(summarise_errors(refit), training=nan, held_out=nan)
 
 
 def _draw(result: DataDiagnosisResult, case: str) -> dict[str, bytes]:

@@ -71,6 +71,30 @@ def run(folder: Path, campaign: str, capfdbinary: pytest.CaptureFixture[bytes], 
     return result
 
 
+def test_a_calibration_writes_the_fit_and_undo_takes_it_back(
+    folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    case, stiffer = folder / "chain.toml", 1.04
+    case.write_text(f"{CASE}[accepted]\nE = 0.05\n", encoding="utf-8")
+    drawn = case.read_text(encoding="utf-8")
+    (folder / "stiffer").mkdir()
+    modes = [
+        f'[[mode]]\nname = "{number}"\nconfiguration = "jointed"\nfrequency = "{value * stiffer**0.5:.6f} Hz"\n'
+        f'frequency_deviation = "{1e-4 * value:.6f} Hz"'
+        for number, value in enumerate(eigenfrequencies(0.0))
+    ]
+    (folder / "stiffer" / "campaign.toml").write_text("\n".join(["schema = 1", *modes]), encoding="utf-8")
+    assert main(["calibrate", str(case), str(folder / "stiffer"), "--json"]) == 0
+    result = json.loads(capfdbinary.readouterr().out)
+    # The stiffness is that of the modes; 1e-4 of a frequency are 2e-4 of a stiffness.
+    assert float(result["calibrated"]["E"]) == pytest.approx(stiffer, abs=6e-4)
+    assert f"E = {result['calibrated']['E']}" in case.read_text(encoding="utf-8")
+    assert result["errors_after"]["training_chi2"] < 1 < 100 < result["errors_before"]["training_chi2"]
+    assert result["errors_after"]["training"] is None
+    assert main(["undo", "--case", str(case)]) == 0
+    assert case.read_text(encoding="utf-8") == drawn
+
+
 def test_a_hidden_mass_is_named_added_and_gone(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
     result = run(folder, "modal", capfdbinary)
     assert result["finding"] == "missing"

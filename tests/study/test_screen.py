@@ -15,7 +15,7 @@ from pipeline.store import Store
 from study.case.setup import read_case
 from study.diagnose import run as diagnose_run
 from study.diagnose.add import add, undo
-from study.diagnose.calibrate import calibrate_case, screen_file, write_calibration
+from study.diagnose.calibrate import calibrate_case, screen_file, take_fit, write_calibration
 from study.diagnose.history import hash_case, history_of, read_text
 from study.diagnose.round import Round, diagnose_case, summarise_errors
 from study.diagnose.run import diagnose_file
@@ -95,7 +95,7 @@ def test_a_case_that_is_edited_during_the_fit_is_not_written(two_masses: TwoMass
     screened = screen_file(case, FOLDER, silent_run())
     case.write_text(text + "# mine\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"chain\.toml"):
-        write_calibration(case, FOLDER, screened, text)
+        write_calibration(case, FOLDER, take_fit(screened), text)
     assert read_text(case) == text + "# mine\n"
     assert history_of(case).steps == ()
 

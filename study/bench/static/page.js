@@ -47,7 +47,6 @@ function drawState() {
   }
   const occupied = isBusy();
   byId("calibrate").disabled = byId("diagnose").disabled = byId("limits").disabled = occupied || !versions.candidates;
-  if (document.body.classList.contains("is-alone")) byId("calibrate").disabled = true;
   byId("undo").disabled = occupied || !byId("undo").dataset.possible;
   document.querySelectorAll("button.add, #history button").forEach((button) => { button.disabled = occupied; });
   if (state.message && state.message.tone === "error" && !versions.verdict) byId("tag").textContent = "There is no comparison: the message above says why.";

@@ -50,7 +50,7 @@ const exactLines = () => (exact && JSON.stringify(exact.values) === JSON.stringi
 
 // Data without steady states have no curves: their features are computed anew.
 const isAlone = () => document.body.classList.contains("is-alone");
-const START = "Drag a slider: the dashed curve moves. The case stays as it is.", START_ALONE = "Move a slider: when you let go, all that is predicted is computed anew. The case stays as it is. Calibrate fits steady states alone; stickslip compare CASE CAMPAIGN --calibrate fits these data.";
+const START = "Drag a slider: the dashed curve moves. The case stays as it is.", START_ALONE = "Move a slider: when you let go, all that is predicted is computed anew. The case stays as it is.";
 
 function tellStart() {
   byId("moved").textContent = isAlone() ? START_ALONE : START;

@@ -102,8 +102,6 @@ def test_beside_typed_data_alone_a_slider_moves_all_that_is_predicted(
     with running(case, campaign) as bench:
         page = open_page(bench.address)
         wait(page)
-        assert page.is_disabled("#calibrate")
-        assert "--calibrate" in page.inner_text("#moved")
         drawn = page.inner_text("#data")
         page.focus("input[data-parameter=E]")
         page.keyboard.press("ArrowRight")
@@ -112,6 +110,10 @@ def test_beside_typed_data_alone_a_slider_moves_all_that_is_predicted(
         assert find_faults(page, axe) == []
         press(page, "#back")
         assert page.inner_text("#data") == drawn
+        press(page, "#calibrate")
+        wait(page)
+        assert page.locator("#history li", has_text="calibrated").count() == 1
+        assert page.inner_text("#data") != drawn
         page.close()
         assert bench.end() == 0
 
@@ -171,6 +173,25 @@ def test_an_effect_of_ones_own_is_written_in_the_page_and_is_a_candidate(
     assert other.input_value("#own-text") == source
     for item in (page, other):
         item.close()
+
+
+@slow
+def test_a_recovered_law_is_edited_and_saved_as_an_effect(bench: RunningBench, open_page: Started) -> None:
+    page = open_page(bench.address)
+    wait(page)
+    source = page.input_value("#own-text") + "# recovered\n"
+    # A diagnosis that recovers a law takes minutes; the page is shown one.
+    law = {"sentences": ["It hardens."], "picture": "", "name": "law", "file": "recovered_law.py", "text": source}
+    page.evaluate("law => beginLaw(law)", law)
+    assert "It hardens." in page.inner_text("#law")
+    press(page, "#law button")
+    assert page.evaluate("document.activeElement.id") == "own-text"
+    assert page.input_value("#own-name") == "recovered_law.py"
+    assert page.input_value("#own-text") == source
+    press(page, "#own-save")
+    until(page, "byId('own-file').value === 'recovered_law.py'")
+    assert (bench.case.parent / "recovered_law.py").read_text(encoding="utf-8") == source
+    page.close()
 
 
 @slow
