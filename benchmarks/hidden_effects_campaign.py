@@ -202,16 +202,16 @@ def floors(arrangement: Arrangement) -> tuple[float, float]:
     -------
     Error from the whole covariance (noise, friction histories, numerical error), and from the noise alone [-].
     """
-    held = arrangement.held_out_without_jitter
-    features, modes = held.features, held.whitening.modes
+    held_out = arrangement.held_out_without_jitter
+    features, modes = held_out.features, held_out.whitening.modes
     chosen, ratio = features.fundamental, features.reference >= 0
     # Independent errors: the variances of real and imaginary part add.
-    alone = np.abs(_complex(features, held.measured, held.whitening.deviation)) ** 2
+    alone = np.abs(_complex(features, held_out.measured, held_out.whitening.deviation)) ** 2
     alone[ratio] += alone[features.reference[ratio]]
     shared = np.zeros(len(chosen))
     for mode in modes.T if modes is not None else ():
-        shared += np.abs(_through_reference(features, _complex(features, held.measured, mode))) ** 2
-    shares = held.shares[chosen]
+        shared += np.abs(_through_reference(features, _complex(features, held_out.measured, mode))) ** 2
+    shares = held_out.shares[chosen]
     return float(np.sqrt(shares @ (alone + shared)[chosen])), float(np.sqrt(shares @ alone[chosen]))
 
 
@@ -241,5 +241,5 @@ def _through_reference(features: FeatureVector, relative: NDArray[np.complex128]
 def summary(record: Record) -> str:
     """One line of progress."""
     cost = record.make_seconds + record.diagnose_seconds
-    told = record.failure or ": ".join([record.finding, *([" or ".join(record.names)] if record.named else [])])
-    return f"{record.row} {record.seed}: {told} ({cost:.0f} CPU s)"
+    result = record.failure or ": ".join([record.finding, *([" or ".join(record.names)] if record.named else [])])
+    return f"{record.row} {record.seed}: {result} ({cost:.0f} CPU s)"

@@ -188,7 +188,7 @@ def interior_point(point: LimitPoint, trial: TrialState, seconds: float, _wanted
         def eval(self, given: list[object]) -> list[object]:
             return [casadi.DM(np.atleast_2d(self.value(np.array(given[0]).ravel())))]
 
-    held = Call("balance", m, space.balance, space.jacobian)
+    constraint = Call("balance", m, space.balance, space.jacobian)
     goal = Call("goal", 1, space.objective, space.gradient)
     z = casadi.MX.sym("z", n)
     options = {
@@ -199,7 +199,7 @@ def interior_point(point: LimitPoint, trial: TrialState, seconds: float, _wanted
         "ipopt.tol": 1e-6,
         "error_on_fail": False,
     }
-    solver = casadi.nlpsol("solver", "ipopt", {"x": z, "f": goal(z), "g": held(z)}, options)
+    solver = casadi.nlpsol("solver", "ipopt", {"x": z, "f": goal(z), "g": constraint(z)}, options)
     with suppress(RuntimeError):
         solver(x0=space.start, lbx=space.bounds[0], ubx=space.bounds[1], lbg=0, ubg=0)
     return *space.best, space.spent

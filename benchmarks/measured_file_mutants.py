@@ -85,7 +85,7 @@ def judge(original: MeasuredFile, path: Path) -> Verdict:
         if column.name in known and _same(column, known[column.name]):
             continue
         pool = _numbers_in(path.read_bytes()) if pool is None else pool
-        if not column.words and not _stands(column, pool, column.name in abscissas):
+        if not column.words and not _is_in_file(column, pool, column.name in abscissas):
             return Verdict(outcome="wrong", reason=f'"{column.name}" has values that stand nowhere')
     reported = any(text.startswith(("not read", "empty", "a second")) for text in measured.facts.values()) or any(
         "not read" in key for key in measured.facts
@@ -153,7 +153,7 @@ def _inflated(data: bytes) -> Iterator[bytes]:
             return
 
 
-def _stands(column: Column, pool: NDArray[np.float64], is_abscissa: bool) -> bool:
+def _is_in_file(column: Column, pool: NDArray[np.float64], is_abscissa: bool) -> bool:
     values = column.values
     parts = np.concatenate([values.real, values.imag]) if np.iscomplexobj(values) else values
     parts = parts[np.isfinite(parts)]

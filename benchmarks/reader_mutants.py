@@ -92,9 +92,9 @@ def _outcomes(process: "subprocess.Popen[bytes]") -> Iterator[tuple[int, str, st
         while True:
             if selector.select(LOOK):
                 # Unbuffered: `select` does not see a line in a Python buffer.
-                if not (told := os.read(process.stdout.fileno(), 65536)):
+                if not (output := os.read(process.stdout.fileno(), 65536)):
                     return
-                *lines, begun = (begun + told).split(b"\n")
+                *lines, begun = (begun + output).split(b"\n")
                 for line in lines:
                     if not line.startswith(RESULT.encode()):
                         continue

@@ -126,8 +126,8 @@ def count(n: int, **traits: float | str) -> list[str]:
     """For each number of repeats, the numbers of n campaigns with a trend and with an open one."""
     cells = []
     for n_repeat in REPEATS:
-        told = [judge(draw_campaign(seed, n_repeat, **traits)) for seed in range(n)]  # type: ignore[arg-type]
-        cells.append(f"{told.count('trend')} / {told.count('open')}")
+        findings = [judge(draw_campaign(seed, n_repeat, **traits)) for seed in range(n)]  # type: ignore[arg-type]
+        cells.append(f"{findings.count('trend')} / {findings.count('open')}")
     return cells
 
 
@@ -137,8 +137,8 @@ def main() -> None:
     print(f"trends / open ones in {many} linear campaigns without a trend, of {listed} repeats")
     for shape in SHAPES:
         for order in ORDERS:
-            told = [[judge(draw_scatter(seed, item, shape, order)) for seed in range(many)] for item in REPEATS]
-            cells = [f"{item.count('trend')} / {item.count('open')}" for item in told]
+            findings = [[judge(draw_scatter(seed, item, shape, order)) for seed in range(many)] for item in REPEATS]
+            cells = [f"{item.count('trend')} / {item.count('open')}" for item in findings]
             print(f"{shape}, by {order}: ", *cells, sep="  ", flush=True)
     print(f"trends / open ones in {n} campaigns of oscillators, of {listed} repeats")
     for preload in PRELOADS:

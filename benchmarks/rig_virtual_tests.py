@@ -39,7 +39,7 @@ from transient.virtual_bench.repeats import repeated_tests  # noqa: E402
 
 Real = NDArray[np.float64]
 #: Largest relative difference between harmonic balance (H = 5) and time integration at 12 points (`rig_witness`).
-BETWEEN_THEM = 0.007
+BALANCE_ERROR = 0.007
 STEPS = 256
 TITLES = "| level | points | inside | in the box | inside of those | drift / box | band / spread | score [um] |"
 
@@ -64,7 +64,7 @@ def drifts(tests: list[Sweep], nominal: Real, n_frequency: int) -> Real:
 
 def told(level: float, limits: ResponseLimits, row: int, amplitude: Real, drift: Real) -> bool:
     """Print the coverage at a level; returns whether all points with sliders in the box are within the limits."""
-    lower, upper = limits.lower[row] * (1 - BETWEEN_THEM), limits.upper[row] * (1 + BETWEEN_THEM)
+    lower, upper = limits.lower[row] * (1 - BALANCE_ERROR), limits.upper[row] * (1 + BALANCE_ERROR)
     held = drift <= limits.reach.max()
     boxed = np.where(held, amplitude, np.nan)
     excess = np.maximum(boxed / limits.upper[row] - 1, 1 - boxed / limits.lower[row])

@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.next_test.simulate import ENTROPY, simulate
 from benchmarks.processor_time import TimeUp, limited
 from benchmarks.strangers.campaign import Stranger, make
-from benchmarks.strangers.trial import round_of
+from benchmarks.strangers.trial import describe_round
 from correlation.campaign.join_campaigns import join_campaigns
 from correlation.campaign.measurement import Campaign, HeldOut
 from correlation.campaign.read_campaign import read_campaign
@@ -37,7 +37,7 @@ def run(seed: int) -> Mapping[str, Any]:
             campaign = read_campaign(stranger.folder)
             with limited(LIMIT):
                 first = _diagnose(stranger, campaign)
-            record["first"] = round_of(first.diagnosis, stranger.hidden)
+            record["first"] = describe_round(first.diagnosis, stranger.hidden)
             advice = first.next_step.advice
             if first.diagnosis.verdict.finding is not Finding.AMBIGUOUS or advice is None:
                 return {**record, "reason": first.next_step.reason}
@@ -75,7 +75,7 @@ def _measure_and_diagnose(stranger: Stranger, campaign: Campaign, ranked: Ranked
             if test.is_held_out and campaign.held_out.repeats:
                 further = replace(further, held_out=HeldOut(repeats=tuple(range(1, test.n_repeat + 1))))
             both = _diagnose(stranger, join_campaigns(campaign, replace(further, drive=campaign.drive)))
-            result |= round_of(both.diagnosis, stranger.hidden)
+            result |= describe_round(both.diagnosis, stranger.hidden)
     except TimeUp as end:
         result |= {"finding": "failed", "failure": str(end)}
     return {**result, "seconds": time.process_time() - begin}

@@ -30,14 +30,14 @@ def list_bins(records: Sequence[Record]) -> list[Bin]:
 
     Only the hidden effect itself is correct: an effect that the data cannot separate from it has its own probability.
     """
-    told = [
+    named_effects = [
         (probability, item["name"] in {effect["name"] for effect in record["effects"]})
         for record in records
         for item, probability in zip(named(record), record["rounds"][0].get("probabilities", ()), strict=False)
     ]
     bins = []
     for low, high in pairwise(BOUNDS):
-        own = [(p, right) for p, right in told if low < p <= high]
+        own = [(p, right) for p, right in named_effects if low < p <= high]
         if own:
             share = Share(count=sum(right for _, right in own), of=len(own))
             bins.append(Bin(float(np.mean([p for p, _ in own])), share))
@@ -67,12 +67,12 @@ def draw_confusion(records: Sequence[Record], file: Path) -> None:
     for record in records:
         hidden = " + ".join(sorted(kind_of(item["name"]) for item in record["effects"])) or NOTHING
         finding = record["rounds"][0]["finding"]
-        told = kind_of(named(record)[0]["name"]) if finding in CLEAR else finding
-        counts.setdefault(hidden, Counter())[told, _is_right(record)] += 1
+        first = kind_of(named(record)[0]["name"]) if finding in CLEAR else finding
+        counts.setdefault(hidden, Counter())[first, _is_right(record)] += 1
     rows = sorted(counts, key=lambda row: (row != NOTHING, row))
-    columns = sorted({told for row in counts.values() for told, _ in row}, key=lambda item: (item == NOTHING, item))
-    count = np.array([[sum(counts[row][told, right] for right in (True, False)) for told in columns] for row in rows])
-    right = np.array([[counts[row][told, True] >= counts[row][told, False] for told in columns] for row in rows])
+    columns = sorted({first for row in counts.values() for first, _ in row}, key=lambda item: (item == NOTHING, item))
+    count = np.array([[sum(counts[row][first, right] for right in (True, False)) for first in columns] for row in rows])
+    right = np.array([[counts[row][first, True] >= counts[row][first, False] for first in columns] for row in rows])
     result = ConfusionMatrix(
         title="What was hidden, and what was told first",
         subtitle=f"{len(records)} random structures; blue where most are right", count=count, right=right, rows=rows,

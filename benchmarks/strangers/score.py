@@ -114,10 +114,10 @@ def is_strong(record: Record) -> bool:
 
 def is_wrong(record: Record) -> bool:
     """Whether rule `wrong` holds."""
-    told = record["rounds"][0]
-    if told["finding"] != "missing":
+    verdict = record["rounds"][0]
+    if verdict["finding"] != "missing":
         return False
-    names = [told["named"][0]["name"], *([told["further"]["name"]] if told.get("further") else [])]
+    names = [verdict["named"][0]["name"], *([verdict["further"]["name"]] if verdict.get("further") else [])]
     # Each name must belong to a different hidden effect.
     return not any(
         all(name in group for name, group in zip(names, order, strict=True))
@@ -181,13 +181,13 @@ def summary(record: Record) -> str:
     if not record["made"]:
         return f"seed {record['seed']}: not made: {record['failure']}"
     hidden = " + ".join(f"{item['name']} (z {item['z']:.0f})" for item in record["effects"]) or "nothing"
-    told = "; ".join(
+    found = "; ".join(
         " or ".join(item["name"] for item in named(record, number)) or done["finding"]
         for number, done in enumerate(record["rounds"])
     )
     structure = record["structure"]
     return (
-        f"seed {record['seed']} {structure['kind']} {structure['dofs']}/{structure['contacts']}: {hidden} -> {told} "
+        f"seed {record['seed']} {structure['kind']} {structure['dofs']}/{structure['contacts']}: {hidden} -> {found} "
         f"({record['measure_seconds']:.0f} + {record['rounds'][0]['seconds']:.0f} s)"
     )
 
@@ -225,10 +225,10 @@ def _confusion(records: Sequence[Record]) -> list[str]:
     counts: dict[str, Counter[str]] = {}
     for record in records:
         kinds = " + ".join(sorted(kind_of(item["name"]) for item in record["effects"])) or "nothing"
-        told = kind_of(named(record)[0]["name"]) if named(record) else record["rounds"][0]["finding"]
-        told += "" if len(named(record)) < 2 else " or another"
-        counts.setdefault(kinds, Counter())[told] += 1
+        first = kind_of(named(record)[0]["name"]) if named(record) else record["rounds"][0]["finding"]
+        first += "" if len(named(record)) < 2 else " or another"
+        counts.setdefault(kinds, Counter())[first] += 1
     return ["hidden -> told"] + [
-        f"  {kinds:<34} {', '.join(f'{told} {count}' for told, count in counts[kinds].most_common())}"
+        f"  {kinds:<34} {', '.join(f'{first} {count}' for first, count in counts[kinds].most_common())}"
         for kinds in sorted(counts)
     ]

@@ -88,9 +88,9 @@ def _mesh(kind: str, random: np.random.Generator) -> tuple[Mesh, int]:
         for _ in range(int(random.integers(0, n // 3 + 1))):
             one, other = sorted(random.choice(n, 2, replace=False).tolist())
             pairs[one, other] = float(log_uniform(random, 2e5, 5e6))
-        held = {0, *random.choice(n, max(n // 6, 1), replace=False).tolist()}
+        supported = {0, *random.choice(n, max(n // 6, 1), replace=False).tolist()}
         return Chain(
-            masses=masses, springs=pairs, grounded={item: float(log_uniform(random, 3e5, 3e6)) for item in held}
+            masses=masses, springs=pairs, grounded={item: float(log_uniform(random, 3e5, 3e6)) for item in supported}
         ), 1
     steel, density = 2.1e11, 7800.0
     if kind == "plate":

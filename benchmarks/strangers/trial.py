@@ -60,7 +60,7 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
                     result = diagnose_file(
                         stranger.case, read_campaign(stranger.folder), stranger.folder, trials=trials
                     )
-                    done = round_of(result.last.diagnosis, stranger.hidden)
+                    done = describe_round(result.last.diagnosis, stranger.hidden)
             except TimeUp as end:
                 done = {"finding": "failed", "failure": str(end)}
             except Exception as error:
@@ -76,7 +76,7 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
         return record
 
 
-def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> dict[str, Any]:
+def describe_round(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> dict[str, Any]:
     """Record of one diagnosis, with the visibility of the hidden effects and the effects inseparable from them."""
     verdict, before, hidden = diagnosis.verdict, diagnosis.baseline, [item.name for item in effects]
     detectable = {score.effect.name: score.detectable for score in diagnosis.scores}

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 STATIC = Path(__file__).with_name("static")
 #: Longest wait of a page for a new state, without and with a running computation [s].
-LONGEST, WATCHING = 5.0, 0.9
+LONGEST_WAIT, RUNNING_WAIT = 5.0, 0.9
 #: Interval of checks for changes of case and campaign [s].
 LOOK_EVERY = 1.0
 MISSING = (
@@ -98,7 +98,7 @@ class BenchApplication:
         from aiohttp import web
 
         seen, waited = request.query.get("seen", ""), 0.0
-        while str(self.session.revision) == seen and waited < (WATCHING if self.session.running else LONGEST):
+        while str(self.session.revision) == seen and waited < (RUNNING_WAIT if self.session.running else LONGEST_WAIT):
             await asyncio.sleep(0.05)
             waited += 0.05
         return web.json_response(self.session.state)

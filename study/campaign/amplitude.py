@@ -18,7 +18,7 @@ AVERAGED = re.compile(r"averag|mittel|mean", re.IGNORECASE)
 OF_AMPLITUDES = re.compile(r"amplitude|scal|skal|spectr|spektr|detect|format|line \d", re.IGNORECASE)
 
 
-def find_said_amplitude(judged: JudgedTable, column: Column) -> str:
+def find_stated_amplitude(judged: JudgedTable, column: Column) -> str:
     """Convention of the amplitudes of a column by its unit, its name or the texts of the file; empty if not stated."""
     label = column.label or column.name
     in_units = [column.unit_label, find_unit(label).unit, find_suffix(label)[0].replace("_", " ")]
@@ -55,7 +55,7 @@ def draft_amplitude(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> str 
     if not stepped:
         return "peak"
     of_drive, of_response = (
-        {find_said_amplitude(table, column) for table in stepped for column in table.of_role(*roles)}
+        {find_stated_amplitude(table, column) for table in stepped for column in table.of_role(*roles)}
         for roles in ((Role.FORCE, Role.LEVEL), (Role.RESPONSE,))
     )
     if len(of_drive - {""}) == 1:
@@ -74,5 +74,5 @@ def own_amplitude(draft: ManifestDraft, judged: JudgedTable, column: Column) -> 
     """Entry of a column for its amplitudes, if their convention differs from that of the campaign; else empty."""
     convention = draft.single.get("convention", {}).get("amplitude", "peak")
     common = convention.value if isinstance(convention, Marked) else convention
-    kind = find_said_amplitude(judged, column)
+    kind = find_stated_amplitude(judged, column)
     return {"convention": kind} if kind not in {"", common} else {}

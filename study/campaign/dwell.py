@@ -16,7 +16,7 @@ from study.campaign.table_kind import JudgedTable, Kind
 from study.campaign.time_history import SECONDS, Samples
 
 
-def share_kind(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
+def extend_steady_states(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
     """Judge records as steady states if most tables of the same naming scheme and channels are steady states.
 
     The motion of a joint that chatters near its resonance is not recognised as a steady state. Its force must be

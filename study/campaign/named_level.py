@@ -16,7 +16,7 @@ from correlation.data_quality.drive import (
     is_in_cycle,
     list_likely_units,
 )
-from study.campaign.amplitude import find_said_amplitude
+from study.campaign.amplitude import find_stated_amplitude
 from study.campaign.draft_frequency import find_force_column
 from study.campaign.level import find_force_in_name
 from study.campaign.set_point import HELD
@@ -85,7 +85,7 @@ def _find_named_level(judged: JudgedTable) -> _NamedLevel | None:
     if not size > 0:
         return None
     if not is_history:  # the level in a name may be a peak value, or have the convention of the force
-        peak = size * PEAK_OF.get(find_said_amplitude(judged, force), 1.0)
+        peak = size * PEAK_OF.get(find_stated_amplitude(judged, force), 1.0)
         size = min(size, peak, key=lambda force: abs(np.log(force / level)))
     unit = judged.columns[force.name].unit
     newtons = find_si_factor(unit, "N")

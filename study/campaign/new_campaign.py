@@ -24,7 +24,7 @@ from study.campaign.draft_mode import draft_mode_table, draft_modes
 from study.campaign.draft_response import draft_frequency_responses
 from study.campaign.draft_time import draft_loops, draft_record, draft_ring_downs, draft_steady_states
 from study.campaign.drive_channel import choose_drive
-from study.campaign.dwell import share_kind
+from study.campaign.dwell import extend_steady_states
 from study.campaign.find_tables import find_tables
 from study.campaign.note import describe_unused_columns, describe_unused_file, list_notes
 from study.campaign.question import Answers
@@ -37,11 +37,11 @@ from study.campaign.suspicion import list_suspicions
 from study.campaign.table_kind import JudgedTable, Kind, judge_table
 
 #: Suffixes of files that are not read, unless their name ends like that of a measured file.
-BESIDE = {".toml", ".md", ".json", ".py", ".m", ".png", ".jpg", ".jpeg", ".pdf", ".docx", ".svg", ".ini", ".log", ""}
+NOT_DATA = {".toml", ".md", ".json", ".py", ".m", ".png", ".jpg", ".jpeg", ".pdf", ".docx", ".svg", ".ini", ".log", ""}
 
 
 #: Suffixes of such files that may contain numbers.
-HOLDERS = {".json", ".log", ""}
+POSSIBLE_DATA = {".json", ".log", ""}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -126,13 +126,13 @@ def _may_be_measured(path: Path) -> bool:
     suffixes = tuple(suffix for format_ in MEASURED_FILES for suffix in format_.suffixes)
     name = path.name.lower()
     return (
-        path.is_file() and not name.startswith(".") and (path.suffix.lower() not in BESIDE or name.endswith(suffixes))
+        path.is_file() and not name.startswith(".") and (path.suffix.lower() not in NOT_DATA or name.endswith(suffixes))
     )
 
 
 def _name_others(folder: Path) -> str:
     """Names of some files that are not read but may contain numbers; empty for none."""
-    names = [path.name for path in sorted(folder.iterdir()) if path.is_file() and path.suffix.lower() in HOLDERS]
+    names = [path.name for path in sorted(folder.iterdir()) if path.is_file() and path.suffix.lower() in POSSIBLE_DATA]
     return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 
@@ -172,7 +172,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> ManifestDraft:
             "folder name in each file name, or draft a campaign in each"
         )
     tables = {name: find_tables(file) for name, file in measured.files.items()}
-    result = share_kind([judge_table(table) for of_file, _ in tables.values() for table in of_file])
+    result = extend_steady_states([judge_table(table) for of_file, _ in tables.values() for table in of_file])
     by_file = {name: [one for one in result if one.table.file is file] for name, file in measured.files.items()}
     judged = [choose_drive(draft, table) for table in result]
     draft.notes += list_notes(judged)

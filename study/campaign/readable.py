@@ -65,7 +65,7 @@ def keep_readable(
     # A campaign reads no file outside its folder: the trial folder has hard links, within the same file system.
     with tempfile.TemporaryDirectory(dir=folder, prefix=".") as trial:
         for path in files:
-            _name_again(path.resolve(), Path(trial) / path.name)
+            _link_or_copy(path.resolve(), Path(trial) / path.name)
         while True:
             (Path(trial) / MANIFEST).write_text(draft.text(), encoding="utf-8")
             try:
@@ -91,7 +91,7 @@ def _analyse_once(analyse: Analyse) -> Analyse:
     return analyse_or_remember
 
 
-def _name_again(file: Path, name: Path) -> None:
+def _link_or_copy(file: Path, name: Path) -> None:
     """Make a hard link to a file, or a copy if its file system does not allow one."""
     try:
         os.link(file, name)
@@ -102,37 +102,39 @@ def _name_again(file: Path, name: Path) -> None:
 def _leave_out(draft: ManifestDraft, message: str) -> bool:
     """Remove the entries that a message names from a draft; return whether there were any."""
     lines = message.splitlines()
-    doomed: dict[tuple[str, int], str] = {}
+    removed: dict[tuple[str, int], str] = {}
     for line in lines:
         match, record = NAMED_ENTRY.search(line), NAMED_RECORD.search(line)
         if match and int(match[2]) <= len(draft.entries[match[1]]):
-            doomed[match[1], int(match[2]) - 1] = line
+            removed[match[1], int(match[2]) - 1] = line
         elif record:
             names = [entry["name"] for entry in draft.entries["record"]]
             if record[1] in names:
-                doomed["record", names.index(record[1])] = line
-    dead = {match[1]: line for line in lines if (match := NAMED_SENSOR.search(line))}
-    if not doomed and dead:
+                removed["record", names.index(record[1])] = line
+    removed_sensors = {match[1]: line for line in lines if (match := NAMED_SENSOR.search(line))}
+    if not removed and removed_sensors:
         for kind in ("run", "frf"):
             for entry in draft.entries[kind]:
-                entry["columns"] = {name: column for name, column in entry["columns"].items() if name not in dead}
+                entry["columns"] = {
+                    name: column for name, column in entry["columns"].items() if name not in removed_sensors
+                }
             draft.entries[kind] = [entry for entry in draft.entries[kind] if _has_sensor(draft, entry)]
-        draft.left_out += dead.values()
+        draft.left_out += removed_sensors.values()
         _drop_unused(draft)
         return True
     test = NAMED_TEST.search(message)
-    if not doomed and test:
+    if not removed and test:
         runs = [number for number, run in enumerate(draft.entries["run"]) if run["test"] == test[1]]
-        doomed = {("run", number): message for number in runs[-1:]}
+        removed = {("run", number): message for number in runs[-1:]}
     reasons = [
         f'{kind} "{name_entry(draft.entries[kind][number])}": {_without_numbers(draft, kind, number, line)}'
-        for (kind, number), line in sorted(doomed.items())
+        for (kind, number), line in sorted(removed.items())
     ]
     draft.left_out += reasons
-    for kind, number in sorted(doomed, reverse=True):
+    for kind, number in sorted(removed, reverse=True):
         del draft.entries[kind][number]
     _drop_unused(draft)
-    return bool(doomed)
+    return bool(removed)
 
 
 def _without_numbers(draft: ManifestDraft, kind: str, number: int, line: str) -> str:

@@ -160,20 +160,22 @@ def judge_table(table: MeasuredTable) -> JudgedTable:
     settings = _find_settings(table, columns)
     judged = JudgedTable(table=table, kind=Kind.NOT_USED, evidence="", columns=columns, settings=settings)
     if not judged.of_role(Role.RESPONSE):
-        return _as(judged, Kind.NOT_USED, _lacks_response(judged))
+        return _judge_as(judged, Kind.NOT_USED, _lacks_response(judged))
     if Role.TIME in roles:
         return _judge_time(judged)
     if Role.FREQUENCY in roles:
         return _judge_frequency(judged)
     if any(np.iscomplexobj(column.values) for column in table.columns):
-        return _as(judged, Kind.NOT_USED, f"its numbers are complex, and it has no frequency: {_to_add(table)}")
+        return _judge_as(judged, Kind.NOT_USED, f"its numbers are complex, and it has no frequency: {_to_add(table)}")
     if either := _describe_even_column(judged):
-        return _as(judged, Kind.NOT_USED, either)
+        return _judge_as(judged, Kind.NOT_USED, either)
     if len(table.columns[0].values) >= FEWEST_SAMPLES and _is_cycled(judged):
-        return _as(judged, Kind.LOOP, "a force and a slowly cycled displacement, and no time")
+        return _judge_as(judged, Kind.LOOP, "a force and a slowly cycled displacement, and no time")
     if len(table.columns[0].values) >= FEWEST_SAMPLES:
-        return _as(judged, Kind.RECORD, "it has many samples, but neither time nor frequency")
-    return _as(judged, Kind.NOT_USED, "; ".join(["it has neither time nor frequency", *describe_unknown_units(judged)]))
+        return _judge_as(judged, Kind.RECORD, "it has many samples, but neither time nor frequency")
+    return _judge_as(
+        judged, Kind.NOT_USED, "; ".join(["it has neither time nor frequency", *describe_unknown_units(judged)])
+    )
 
 
 def _lacks_response(judged: JudgedTable) -> str:
@@ -243,7 +245,7 @@ def get_value(column: Column, row: int) -> float | str:
     return column.words[int(value)] if column.words else value
 
 
-def _as(judged: JudgedTable, kind: Kind, evidence: str) -> JudgedTable:
+def _judge_as(judged: JudgedTable, kind: Kind, evidence: str) -> JudgedTable:
     return JudgedTable(**{**vars(judged), "kind": kind, "evidence": evidence})
 
 
@@ -433,31 +435,31 @@ def _find_settings(table: MeasuredTable, columns: Mapping[str, Recognised]) -> t
 def _judge_frequency(judged: JudgedTable) -> JudgedTable:
     responses = judged.of_role(Role.RESPONSE)
     if not responses:
-        return _as(judged, Kind.NOT_USED, "it has no response")
+        return _judge_as(judged, Kind.NOT_USED, "it has no response")
     functions = {column.function for column in responses}
     if all(any(word in function for word in SPECTRA) for function in functions):
-        return _as(judged, Kind.NOT_USED, f"{', '.join(sorted(functions))}: no phase relative to the force")
+        return _judge_as(judged, Kind.NOT_USED, f"{', '.join(sorted(functions))}: no phase relative to the force")
     if "transmissibility" in functions or any(is_motion_ratio(column.unit) for column in responses):
-        return _as(judged, Kind.NOT_USED, TRANSMISSIBILITY)
+        return _judge_as(judged, Kind.NOT_USED, TRANSMISSIBILITY)
     if "frequency response" in functions:
-        return _as(judged, Kind.FREQUENCY_RESPONSE, "stated in the file")
+        return _judge_as(judged, Kind.FREQUENCY_RESPONSE, "stated in the file")
     words = {word for column in responses for word in name_words(judged.table.short_name(column))}
     ratio = [column for column in responses if find_ratio_quantity(column.unit)]
     if ratio:
-        return _as(
+        return _judge_as(
             _keep_ratios(judged), Kind.FREQUENCY_RESPONSE, f'"{ratio[0].name}" is a ratio to a force, {ratio[0].unit}'
         )
     if judged.of_role(Role.COHERENCE):
-        return _as(judged, Kind.FREQUENCY_RESPONSE, "it has a coherence")
+        return _judge_as(judged, Kind.FREQUENCY_RESPONSE, "it has a coherence")
     if words & RATIOS and not judged.of_role(Role.FORCE):
         only = _keep_ratios(judged)
-        return _as(only, Kind.FREQUENCY_RESPONSE, f'a column is called "{sorted(words & RATIOS)[0]}"')
+        return _judge_as(only, Kind.FREQUENCY_RESPONSE, f'a column is called "{sorted(words & RATIOS)[0]}"')
     of_file = set(name_words(make_file_stem(judged.table.file.path.name))) & FRF_FILES
     if of_file and not judged.of_role(Role.FORCE):
-        return _as(judged, Kind.FREQUENCY_RESPONSE, f'its file is called "{sorted(of_file)[0]}"')
-    if (kind := _of_lines(judged)) is not None:
+        return _judge_as(judged, Kind.FREQUENCY_RESPONSE, f'its file is called "{sorted(of_file)[0]}"')
+    if (kind := _judge_spectral_lines(judged)) is not None:
         return kind
-    return _as(judged, Kind.STEPPED_SINE, "one row per frequency, not a ratio to a force")
+    return _judge_as(judged, Kind.STEPPED_SINE, "one row per frequency, not a ratio to a force")
 
 
 def _keep_ratios(judged: JudgedTable) -> JudgedTable:
@@ -478,7 +480,7 @@ def _keep_ratios(judged: JudgedTable) -> JudgedTable:
     return replace(judged, columns={**judged.columns, **change})
 
 
-def _of_lines(judged: JudgedTable) -> JudgedTable | None:
+def _judge_spectral_lines(judged: JudgedTable) -> JudgedTable | None:
     """Judge a table over the lines of a Fourier transform, in equal steps from 0 Hz; None for other frequencies."""
     frequency = judged.of_role(Role.FREQUENCY)[0]
     if frequency.values[0] != 0 or not rises_evenly(frequency):
@@ -492,9 +494,9 @@ def _of_lines(judged: JudgedTable) -> JudgedTable | None:
     # A response with a unit that is not that of a ratio to a force is a spectrum.
     of_motion = any(column.unit for column in judged.of_role(Role.RESPONSE))
     if has_phase and not of_motion and not judged.of_role(Role.FORCE) and not words & SPECTRUM_WORDS:
-        return _as(judged, Kind.FREQUENCY_RESPONSE, f"{lines}, with phases and without a force")
+        return _judge_as(judged, Kind.FREQUENCY_RESPONSE, f"{lines}, with phases and without a force")
     why = f"{lines}: these are spectra, not frequency responses"
-    return _as(judged, Kind.NOT_USED, f"{why}; export the ratio of response and force, and name it H")
+    return _judge_as(judged, Kind.NOT_USED, f"{why}; export the ratio of response and force, and name it H")
 
 
 def _is_cycled(judged: JudgedTable) -> bool:
@@ -563,7 +565,7 @@ def _judge_time(judged: JudgedTable) -> JudgedTable:
     """Judge a table of time histories, from those of the first series."""
     samples = len(judged.table.columns[0].values)
     if samples < WINDOWS:
-        return _as(judged, Kind.NOT_USED, f"it has {samples} rows, but a time history needs {WINDOWS} or more")
+        return _judge_as(judged, Kind.NOT_USED, f"it has {samples} rows, but a time history needs {WINDOWS} or more")
     mask = judged.mask(judged.rows()[0])
     quantities = {judged.columns[column.name].quantity for column in judged.of_role(Role.RESPONSE)}
     forces = judged.of_role(Role.FORCE)
@@ -573,9 +575,11 @@ def _judge_time(judged: JudgedTable) -> JudgedTable:
     if forces and "displacement" in quantities and "acceleration" not in quantities:
         named = sorted(words & LOOP_WORDS)
         if named or judged.settings:
-            return _as(judged, Kind.LOOP, f'called "{named[0]}"' if named else "its settings are constant in blocks")
+            return _judge_as(
+                judged, Kind.LOOP, f'called "{named[0]}"' if named else "its settings are constant in blocks"
+            )
         if imposed := _find_imposed_displacement(judged, mask):
-            return _as(judged, Kind.LOOP, imposed)
+            return _judge_as(judged, Kind.LOOP, imposed)
     responses = [column for column in judged.of_role(Role.RESPONSE) if judged.columns[column.name].quantity in MOTIONS]
     responses = responses or judged.of_role(Role.RESPONSE) or forces
     histories = [judge_history(np.asarray(column.values.real[mask])) for column in responses]
@@ -584,9 +588,9 @@ def _judge_time(judged: JudgedTable) -> JudgedTable:
     kind = max(dict.fromkeys(kinds), key=kinds.count)  # of equally frequent kinds the first; a set has no order
     evidence = histories[kinds.index(kind)].evidence
     if kind in {"decay", "pulse"} and pulse:
-        return _as(judged, Kind.RING_DOWN, evidence)
+        return _judge_as(judged, Kind.RING_DOWN, evidence)
     if kind == "steady state" and (forces or len(list_unnamed_channels(judged)) > 1):
-        return _as(judged, Kind.STEADY_STATE, evidence)
+        return _judge_as(judged, Kind.STEADY_STATE, evidence)
     if cycled := _find_unsteady_cycles(judged, mask):
-        return _as(judged, Kind.LOOP, cycled)
-    return _as(judged, Kind.RECORD, evidence)
+        return _judge_as(judged, Kind.LOOP, cycled)
+    return _judge_as(judged, Kind.RECORD, evidence)

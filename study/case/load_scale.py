@@ -6,7 +6,7 @@ from correlation.campaign.measurement import Drive
 from study.case.load_table import LoadTable
 
 #: Key of a load with an amplitude of 1, by the quantity of the levels of a campaign.
-ONE = {"force": 'amplitude = "1 N"', "base acceleration": 'acceleration = "1 m/s^2"'}
+UNIT_AMPLITUDE = {"force": 'amplitude = "1 N"', "base acceleration": 'acceleration = "1 m/s^2"'}
 
 
 def find_scale_warning(loads: Sequence[LoadTable], drive: Drive) -> str | None:
@@ -33,5 +33,5 @@ def find_scale_warning(loads: Sequence[LoadTable], drive: Drive) -> str | None:
     unit = drive.unit
     return (
         f"[[load]] has an amplitude of {amplitude:g} {unit}, and the levels of the campaign are in {unit}: the model "
-        f"would be driven by {amplitude:g} times the measured level; give {ONE[drive.quantity]}"
+        f"would be driven by {amplitude:g} times the measured level; give {UNIT_AMPLITUDE[drive.quantity]}"
     )

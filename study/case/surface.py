@@ -13,7 +13,7 @@ from reduction.rom import ReducedModel
 #: Largest number of points of one body.
 MOST_POINTS = 2000
 #: Initial number of grid cells along the longest side of a body, and the factor by which it decreases.
-CELLS, FEWER = 96, 0.85
+INITIAL_CELLS, CELL_FACTOR = 96, 0.85
 
 Points = Float[NDArray[np.float64], "p 3"]
 Triangles = Int[NDArray[np.int64], "t 3"]
@@ -89,7 +89,7 @@ def thin_surface(points: Points, triangles: Triangles) -> tuple[Int[NDArray[np.i
     Retained nodes, shape (k,), and triangles as indices into these, shape (u, 3) [-].
     """
     nodes = np.unique(triangles)
-    stays, size, cells = nodes, np.ptp(points[nodes], axis=0).max(), CELLS
+    stays, size, cells = nodes, np.ptp(points[nodes], axis=0).max(), INITIAL_CELLS
     while len(stays) > MOST_POINTS:
         grid = np.floor((points[nodes] - points[nodes].min(axis=0)) / size * cells).astype(np.int64)
         _, cell = np.unique(grid, axis=0, return_inverse=True)
@@ -98,7 +98,7 @@ def thin_surface(points: Points, triangles: Triangles) -> tuple[Int[NDArray[np.i
         away = np.linalg.norm(points[nodes] - (middle / np.bincount(cell)[:, None])[cell], axis=1)
         order = np.lexsort([away, cell])
         first = order[np.r_[True, np.diff(cell[order]) > 0]]
-        stays, cells = nodes[first], int(FEWER * cells)
+        stays, cells = nodes[first], int(CELL_FACTOR * cells)
         place = np.zeros(len(points), dtype=np.int64)
         place[nodes] = cell
     if stays is nodes:

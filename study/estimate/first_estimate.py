@@ -33,7 +33,7 @@ class FirstEstimate:
     model_value: float
     source: str
     bias: tuple[str, ...] = ()
-    may_be_less: bool = False
+    is_upper_bound: bool = False
 
     @property
     def factor(self) -> float:
@@ -43,7 +43,7 @@ class FirstEstimate:
     @property
     def is_bound(self) -> bool:
         """Whether the estimate is only a bound."""
-        return self.may_be_less or not np.isfinite(self.interval).all()
+        return self.is_upper_bound or not np.isfinite(self.interval).all()
 
     @property
     def contradicts_model(self) -> bool:
@@ -80,7 +80,7 @@ def list_contradictions(estimates: Sequence[FirstEstimate]) -> list[str]:
                 continue
             low, high = (end / item.model_value for end in item.interval)
             own_low, own_high = (end / best.model_value for end in best.interval)
-            if (low > own_high and not item.may_be_less) or (high < own_low and not best.may_be_less):
+            if (low > own_high and not item.is_upper_bound) or (high < own_low and not best.is_upper_bound):
                 result.append(
                     f"{parameter}: {item.source} gives {item.factor:.3g} times the model, {best.source} "
                     f"{best.factor:.3g} times: one factor cannot fit both"

@@ -159,7 +159,7 @@ def estimate_damping(model: Model, resonance: MeasuredResonance) -> Iterator[Fir
         model_value=ratio,
         source=resonance.source,
         bias=(SLIPS if slips else FREE if resonance.free else STEADY if joints else LINEAR,),
-        may_be_less=slips,
+        is_upper_bound=slips,
     )
 
 

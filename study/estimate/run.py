@@ -106,7 +106,7 @@ class EstimationResult:
         for item in self.estimates:
             low, high = item.interval
             ends = f"{low:.4g} to {high:.4g}" if np.isfinite(high) else f"at least {low:.4g}"
-            ends = f"at most {high:.4g}" if item.may_be_less else ends
+            ends = f"at most {high:.4g}" if item.is_upper_bound else ends
             unit = "" if item.unit == "-" else f" {item.unit}"
             lines.append(
                 f"{item.parameter:8} {item.value:.4g}{unit} ({ends}), {item.factor:.3g} times the model's "
@@ -230,6 +230,6 @@ def _make_written(item: FirstEstimate) -> Written:
     """Factor on the model's value, with a note of half its interval, or the kind of its bound, and its source."""
     low, high = (end / item.model_value for end in item.interval)
     width = f"{(high - low) / 2:.2g}" if np.isfinite(high) else BOUND
-    width = UPPER if item.may_be_less else width
+    width = UPPER if item.is_upper_bound else width
     source = item.source.replace("\n", " ")
     return Written(value=float(f"{item.factor:.6g}"), note=f"{width}; first estimate from {source}")

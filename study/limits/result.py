@@ -19,7 +19,7 @@ from study.limits.refinement import refine_to_tolerance
 from study.limits.table import LimitsTable
 from study.run_context import RunContext
 from study.solve.model import SolveModel
-from study.solve.result import SURFACE_UNIT
+from study.solve.result import DISPLAY_UNIT
 
 Real = NDArray[np.float64]
 
@@ -129,7 +129,7 @@ def convert_limits(
     searched = limits.value
     quantity, has_peaks = name_quantity(table, output, motion), table.objective != "static force"
     if output is not None:
-        unit, factor = SURFACE_UNIT[output.quantity]
+        unit, factor = DISPLAY_UNIT[output.quantity]
         scale = factor * (harmonic * limits.angular_frequency) ** DERIVATIVE[output.quantity]
         if result.amplitude is None:
             value, sampled, searched = scale * value, scale * sampled, scale * searched

@@ -86,10 +86,10 @@ class OwnMesh:
 
         given = (self.young, self.poisson, self.density)
         carried = read_file_material(source, unit)
-        base, has_one = STEEL, carried.material is not None or carried.obstacle
-        if has_one and not any(value is not None for value in given):
+        base, has_material = STEEL, carried.material is not None or carried.obstacle
+        if has_material and not any(value is not None for value in given):
             base = use_carried_material(str(source), carried, unit, REMEDY, run)
-        elif has_one and None in given:
+        elif has_material and None in given:
             base = check_carried_material(str(source), carried, unit, REMEDY)
         young = base.young if self.young is None else _read_typed("--young", self.young, YOUNGS_MODULUS)
         density = base.density if self.density is None else _read_typed("--density", self.density, MATERIAL_DENSITY)

@@ -22,7 +22,7 @@ from study.solve.curve import RequestedCurve, Row
 from study.solve.frequency_range import warn_of_high_frequency
 
 #: Dimension of a controlled amplitude, by the quantity of the sensor.
-HELD_DIMENSION = {"displacement": LENGTH, "velocity": VELOCITY, "acceleration": ACCELERATION}
+CONTROLLED_DIMENSION = {"displacement": LENGTH, "velocity": VELOCITY, "acceleration": ACCELERATION}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -179,7 +179,7 @@ def _make_controlled_curves(
     for number, text in enumerate(sweep.amplitudes):
         with at_key(case, "sweep", "amplitudes", number):
             try:
-                amplitude = read_quantity(text, HELD_DIMENSION[output.quantity])
+                amplitude = read_quantity(text, CONTROLLED_DIMENSION[output.quantity])
             except ValueError as error:
                 raise JointError(f"{output.name} reads {output.quantity}: {error}") from error
             if amplitude <= 0:

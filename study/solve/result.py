@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: Unit of each quantity in reports and figures, and its number per SI unit.
-SURFACE_UNIT = {"displacement": ("um", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s^2", 1.0)}
+DISPLAY_UNIT = {"displacement": ("um", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s^2", 1.0)}
 SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 #: States of a contact in figures.
 DRAWN_STATES = ("stuck", "slipping", "separated")
@@ -227,7 +227,7 @@ def format_response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str
     write = csv.writer(stream, lineterminator="\n").writerow
     head = ["curve", "frequency [Hz]", "level"]
     for output in model.outputs:
-        unit, name = SURFACE_UNIT[output.quantity][0], f"{output.name} {model.motion_of(output)}".rstrip()
+        unit, name = DISPLAY_UNIT[output.quantity][0], f"{output.name} {model.motion_of(output)}".rstrip()
         head += [f"{name} amplitude [{unit}]", f"{name} phase [deg]", f"{name} half range [{unit}]", f"{name} error"]
     head += [f"{joint.name} {state}" for joint in model.system.joints for state in list_state_names(joint).values()]
     with_stability = any(item.stability for item in curves)
@@ -237,7 +237,7 @@ def format_response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str
         branch = item.branch
         columns = [branch.frequency, item.level]
         for output in model.outputs:
-            scale = SURFACE_UNIT[output.quantity][1]
+            scale = DISPLAY_UNIT[output.quantity][1]
             q = item.output(output)[:, harmonic]
             columns += [scale * np.abs(q), np.degrees(np.angle(q)), scale * item.half_range(output)]
             columns += [item.output_error(output)]
@@ -297,7 +297,7 @@ class CurveSummary:
 
 def find_highest_point(item: SolvedCurve, output: Sensor, harmonic: int) -> CurveSummary:
     """Find the highest point of a curve, and summarise the curve."""
-    unit, scale = SURFACE_UNIT[output.quantity]
+    unit, scale = DISPLAY_UNIT[output.quantity]
     point, branch = item.peak(output, harmonic), item.branch
     return CurveSummary(
         label=item.curve.label,

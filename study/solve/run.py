@@ -28,8 +28,8 @@ from study.solve.error_warning import describe_error_warning
 from study.solve.model import SolveModel, make_solve_model, require_sweep
 from study.solve.refinement import refine_curve
 from study.solve.result import (
+    DISPLAY_UNIT,
     DRAWN_STATES,
-    SURFACE_UNIT,
     CurveSummary,
     SolvedCurve,
     compute_output,
@@ -202,7 +202,7 @@ def _list_results(
     for number, output in enumerate(model.outputs, start=1):
         if control is not None and output.name == control.sensor:
             continue  # the controlled amplitude is constant
-        unit, scale = SURFACE_UNIT[output.quantity]
+        unit, scale = DISPLAY_UNIT[output.quantity]
         family = [
             DrawnCurve(
                 label=item.curve.label,

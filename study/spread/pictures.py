@@ -8,7 +8,7 @@ from figure.response_spread import ResponseSpread, SpreadBand
 from figure.style import LIMITS, choose_evenly
 from figure.variance_shares import SharePanel, VarianceShares
 from hbsolve.limits.result import SIDES
-from study.solve.result import SURFACE_UNIT
+from study.solve.result import DISPLAY_UNIT
 from study.spread.band import NINETY_PERCENT, limit_quantiles
 from study.spread.quantity import limit_names
 from study.spread.spread import Spread
@@ -45,7 +45,7 @@ def _make_curve_bands(spread: Spread, title: str) -> ResponseSpread:
     assert spread.sampled.curves is not None
     model = spread.sampled.curves.model
     output = model.outputs[0]
-    unit, scale = SURFACE_UNIT[output.quantity]
+    unit, scale = DISPLAY_UNIT[output.quantity]
     panels = []
     for place in choose_evenly(len(model.curves), MOST_PANELS):
         band = spread.bands[place]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.uncertainty.variance_index import VarianceIndices, compute_variance_indices, take_independent_draws
 from hbsolve.limits.result import SIDES
-from study.solve.result import SURFACE_UNIT
+from study.solve.result import DISPLAY_UNIT
 from study.spread.sensitivity import CurveSensitivity
 from study.sweep.result import SampledCase, SampledLimits
 
@@ -81,7 +81,7 @@ def _list_curve_rows(sampled: SampledCase, sensitivities: Sequence[CurveSensitiv
     if sampled.curves is None:
         return
     model = sampled.curves.model
-    unit, scale = SURFACE_UNIT[model.outputs[0].quantity]
+    unit, scale = DISPLAY_UNIT[model.outputs[0].quantity]
     complete = np.array([[item.complete for item in point] for point in sampled.curves.curves])
     values = np.where(complete[..., None], sampled.curve_quantities()[:, :, 0, :3], np.nan)
     over_frequency = model.curves[0].parameter == "frequency"

@@ -13,7 +13,7 @@ from figure.parameter_trends import ParameterTrends, TrendLine
 from figure.style import choose_evenly
 from reduction.array_type import Real
 from study.limits.several.pictures import name_stems
-from study.solve.result import SURFACE_UNIT
+from study.solve.result import DISPLAY_UNIT
 from study.sweep.grid import Grid
 from study.sweep.result import SampledCase, SampledLimits
 
@@ -62,7 +62,7 @@ def _list_slices(grid: Grid, number: int) -> Iterator[_Slice]:
 def _make_curves(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase, title: str) -> ParameterCurves:
     assert sampled.curves is not None
     model = sampled.curves.model
-    unit, scale = SURFACE_UNIT[model.outputs[0].quantity]
+    unit, scale = DISPLAY_UNIT[model.outputs[0].quantity]
     panels = []
     for place in choose_evenly(len(model.curves), MOST_PANELS):
         own = [
@@ -90,7 +90,7 @@ def _make_curves(grid: Grid, number: int, slices: list[_Slice], sampled: Sampled
 def _make_trends(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase, title: str) -> ParameterTrends:
     assert sampled.curves is not None
     model, quantities = sampled.curves.model, sampled.curve_quantities()[:, :, 0]
-    unit, scale = SURFACE_UNIT[model.outputs[0].quantity]
+    unit, scale = DISPLAY_UNIT[model.outputs[0].quantity]
     trends, shown = [], choose_evenly(len(model.curves), MOST_GROUPS)
     for group, place in enumerate(shown):
         for line, item in enumerate(slices):

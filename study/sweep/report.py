@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from hbsolve.limits.result import SIDES
-from study.solve.result import SURFACE_UNIT
+from study.solve.result import DISPLAY_UNIT
 from study.sweep.result import SampledCase, SampledLimits
 from study.sweep.run import SweepResult
 
@@ -56,7 +56,7 @@ def _document_curve(
 ) -> dict[str, Any]:
     assert swept.sampled.curves is not None
     item = swept.sampled.curves.curves[number][curve]
-    unit, scale = SURFACE_UNIT[swept.sampled.curves.model.outputs[0].quantity]
+    unit, scale = DISPLAY_UNIT[swept.sampled.curves.model.outputs[0].quantity]
     along, amplitude, damping, at_end = quantities[0].tolist()
     return {
         "label": item.curve.label,
@@ -88,7 +88,7 @@ def _format_peak_lines(swept: SweepResult) -> list[str]:
     sampled = swept.sampled
     assert sampled.curves is not None
     model = sampled.curves.model
-    unit, scale = SURFACE_UNIT[model.outputs[0].quantity]
+    unit, scale = DISPLAY_UNIT[model.outputs[0].quantity]
     place = "frequency [Hz]" if model.curves[0].parameter == "frequency" else "level [-]"
     names = [f"{item.name}{f' [{item.unit}]' if item.unit else ''}" for item in sampled.parameters]
     width = max(len("curve"), *(len(item.label) for item in model.curves))

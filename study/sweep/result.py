@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hbsolve.limits.result import SIDES
 from study.limits.result import LimitCurves
 from study.limits.several.quantity import Quantity
-from study.solve.result import SI_UNIT, SURFACE_UNIT
+from study.solve.result import DISPLAY_UNIT, SI_UNIT
 from study.sweep.parameter import CaseParameter
 from study.sweep.samples import SampledCurves
 
@@ -95,7 +95,7 @@ def format_curves_csv(sampled: SampledCase) -> str:
     assert curves is not None
     head = [*_list_parameter_columns(sampled), "curve", "frequency [Hz]", "level"]
     for output in curves.model.outputs:
-        head += [f"{output.name} amplitude [{SURFACE_UNIT[output.quantity][0]}]", f"{output.name} phase [deg]"]
+        head += [f"{output.name} amplitude [{DISPLAY_UNIT[output.quantity][0]}]", f"{output.name} phase [deg]"]
     head.append("truncation error")
 
     def lines() -> Iterable[list[object]]:
@@ -103,7 +103,7 @@ def format_curves_csv(sampled: SampledCase) -> str:
             for item in point:
                 columns = [item.frequency, item.level]
                 for output, response in zip(curves.model.outputs, item.response, strict=True):
-                    columns += [SURFACE_UNIT[output.quantity][1] * np.abs(response), np.degrees(np.angle(response))]
+                    columns += [DISPLAY_UNIT[output.quantity][1] * np.abs(response), np.degrees(np.angle(response))]
                 columns.append(item.truncation_error)
                 for row in zip(*columns, strict=True):
                     yield [*_format_numbers(values), item.curve.label, *_format_numbers(row)]
@@ -118,7 +118,7 @@ def format_peaks_csv(sampled: SampledCase) -> str:
     place = "frequency [Hz]" if curves.model.curves[0].parameter == "frequency" else "level"
     head = [*_list_parameter_columns(sampled), "curve"]
     for output in curves.model.outputs:
-        unit = SURFACE_UNIT[output.quantity][0]
+        unit = DISPLAY_UNIT[output.quantity][0]
         head += [f"{output.name} peak {place}", f"{output.name} peak amplitude [{unit}]"]
         head += [f"{output.name} equivalent damping ratio", f"{output.name} peak at the end"]
     quantities = sampled.curve_quantities()
@@ -129,7 +129,7 @@ def format_peaks_csv(sampled: SampledCase) -> str:
                 cells: list[str] = []
                 for output, sensor in enumerate(curves.model.outputs):
                     along, amplitude, damping, at_end = quantities[number, curve, output]
-                    scaled = SURFACE_UNIT[sensor.quantity][1] * amplitude
+                    scaled = DISPLAY_UNIT[sensor.quantity][1] * amplitude
                     cells += _format_numbers((along, scaled, damping, at_end))
                 yield [*_format_numbers(values), item.curve.label, *cells, item.stop_message]
 

@@ -35,11 +35,11 @@ from study.kind.rig.reduce import reduce_rig_case
 from study.kind.rig.reduction import (
     ReducedBody,
     RigReduction,
-    checks,
+    check_bodies,
     list_reduction_tasks,
+    make_rig_reduction,
     mirror_model,
     reduced_body,
-    together,
 )
 from study.kind.rig.table import make_rig_model
 from study.reduce.report import report_fewer_rig_modes
@@ -263,7 +263,7 @@ def outcomes(model: RigModel, by_body: dict[str, ReducedBody]) -> RigReduction:
     meshed = model.meshed()
     tasks = list_reduction_tasks(model, meshed)
     result = [Outcome(value=by_body[task.inputs["body"]], seconds=0.0, cached=True) for task in tasks]
-    return together(model, meshed, tasks, result)
+    return make_rig_reduction(model, meshed, tasks, result)
 
 
 def test_a_mirror_image_is_what_its_own_reduction_gives(by_body: dict[str, ReducedBody]) -> None:
@@ -310,7 +310,7 @@ def test_the_shaker_pushes_a_disc_about_the_named_point(model: RigModel, by_body
 
 def test_the_modes_of_all_bodies_can_be_checked(model: RigModel, by_body: dict[str, ReducedBody]) -> None:
     result = {body: by_body[body] for body in ("blade", "damper_right", "decoupler_right")}
-    checked = checks(model, result, Store(None), SilentProgress())
+    checked = check_bodies(model, result, Store(None), SilentProgress())
     assert set(checked) == set(result)
     assert all(item.n_missed == 0 and item.residual.max() < 1e-8 for item in checked.values())
 

@@ -16,7 +16,7 @@ from study.diagnose.table import format_interval, split_unit
 #: Largest distance of a value at a bound, as a fraction of the range [-].
 AT_BOUND = 1e-3
 #: Half range of a slider: in standard deviations of the prior, or without a prior as a fraction of the value [-].
-PULLED, WIDE = 3.0, 1.0
+PRIOR_HALF_RANGE, FREE_HALF_RANGE = 3.0, 1.0
 
 
 def show_parameters(setup: Setup, unknowns: Unknowns, values: Values, history: History) -> list[dict[str, Any]]:
@@ -75,10 +75,10 @@ def is_at_bound(value: float, parameter: EffectParameter) -> bool:
 def _choose_range(parameter: EffectParameter, value: float, prior: float) -> tuple[float, float]:
     """Choose the range of a slider around a value, within the bounds."""
     if np.isfinite(prior):
-        half = max(PULLED * prior, 1.5 * abs(value - 1))
+        half = max(PRIOR_HALF_RANGE * prior, 1.5 * abs(value - 1))
         first, last = min(1.0, value) - half, max(1.0, value) + half
     else:
-        half = WIDE * max(abs(value - parameter.vanishes), abs(parameter.typical - parameter.vanishes) / 2)
+        half = FREE_HALF_RANGE * max(abs(value - parameter.vanishes), abs(parameter.typical - parameter.vanishes) / 2)
         first, last = value - half, value + half
     return max(first, parameter.lower), min(last, parameter.upper)
 

@@ -103,7 +103,7 @@ def check_names(case: Case[PartTable], known: frozenset[str], what: str) -> None
     mistakes.raise_if_any()
 
 
-def places(case: Case[PartTable], mesh: Mesh) -> Places:
+def find_places(case: Case[PartTable], mesh: Mesh) -> Places:
     """Find all places of a case on the mesh.
 
     Raises

@@ -32,7 +32,7 @@ from study.case.structure import Structure, make_mesh_base_motion, make_reduced_
 from study.case.surface import make_surface
 from study.case.tables import Case
 from study.kind.part.material import find_part_material
-from study.kind.part.places import Places, check_names, places
+from study.kind.part.places import Places, check_names, find_places
 from study.kind.part.reduce_report import (
     document_faces,
     format_face_lines,
@@ -105,7 +105,7 @@ def reduce_part(opened: OpenCase, run: RunContext) -> PartModel:
     case: Case[PartTable] = opened.case
     material = find_part_material(case, opened.folder, run)
     meshed = _step(case, opened.folder, run) if case.structure.is_step else _read_file(case, opened.folder)
-    result = places(case, meshed.mesh)
+    result = find_places(case, meshed.mesh)
     matrices, reduced = _reduce(case, opened.title, material, result, run)
     return PartModel(meshed=meshed, places=result, matrices=matrices, reduced=reduced)
 

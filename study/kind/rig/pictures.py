@@ -26,7 +26,7 @@ SHOWN = "right_blade"
 AMPLITUDE = 0.015
 #: Largest drawn deflection relative to the middle side of the box around the moving nodes [-]; a node moves if its
 #: displacement exceeds this fraction of the largest [-].
-SHARE, MOVES = 0.35, 0.1
+LARGEST_DEFLECTION, MOVING = 0.35, 0.1
 
 
 @stage("pictures of a rig")
@@ -78,8 +78,8 @@ def stuck_mode_pictures(
 def _choose_amplitude(whole: Mesh, shape: Float[NDArray[np.float64], "node 3"]) -> float:
     """Choose the largest drawn deflection [m], smaller for a mode in which only small bodies move."""
     length = np.linalg.norm(shape, axis=1)
-    sides = np.ptp(whole.points[length > MOVES * length.max()], axis=0)
-    return min(AMPLITUDE, SHARE * float(np.sort(sides)[1]))
+    sides = np.ptp(whole.points[length > MOVING * length.max()], axis=0)
+    return min(AMPLITUDE, LARGEST_DEFLECTION * float(np.sort(sides)[1]))
 
 
 def _draw_contact(rig: Rig, meshes: dict[str, Mesh], file: Path, title: str) -> None:

@@ -33,7 +33,7 @@ from study.kind.registry import OpenCase
 from study.kind.rig.contact import list_dead_weights, make_line_pairs
 from study.kind.rig.model import RigModel, mesh_in_tetrahedra
 from study.kind.rig.pictures import rig_pictures, stuck_mode_pictures
-from study.kind.rig.reduction import RigReduction, by_body, checks, list_reduction_tasks, together
+from study.kind.rig.reduction import RigReduction, check_bodies, index_by_body, list_reduction_tasks, make_rig_reduction
 from study.kind.rig.table import RigTable, make_rig_model
 from study.modes.files import write_contents
 from study.reduce.report import describe_check, document_check, report_fewer_rig_modes
@@ -170,8 +170,8 @@ def _compute_reduction(
         # The cause is in the dimensions, which are in several tables, and not in the mesh.
         with located(case, "structure"):
             raise error
-    check = checks(model, by_body(reductions, bodies), run.store, run.progress) if checked else {}
-    return str(step.value), together(model, meshed, reductions, bodies), check
+    check = check_bodies(model, index_by_body(reductions, bodies), run.store, run.progress) if checked else {}
+    return str(step.value), make_rig_reduction(model, meshed, reductions, bodies), check
 
 
 def _set_title(assembly: ReducedAssembly, title: str) -> ReducedAssembly:

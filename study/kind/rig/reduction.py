@@ -169,7 +169,7 @@ def reduce_rig(model: RigModel, store: Store, progress: Progress) -> RigReductio
     meshed = model.meshed()
     tasks = list_reduction_tasks(model, meshed)
     outcomes = run_parallel(tasks, store, progress, "reduction of the rig", memory=read_available_memory())
-    return together(model, meshed, tasks, outcomes)
+    return make_rig_reduction(model, meshed, tasks, outcomes)
 
 
 def list_reduction_tasks(model: RigModel, meshed: MeshedRig) -> list[Task]:
@@ -201,7 +201,7 @@ def list_reduction_tasks(model: RigModel, meshed: MeshedRig) -> list[Task]:
     return tasks
 
 
-def checks(
+def check_bodies(
     model: RigModel, bodies: Mapping[str, ReducedBody], store: Store, progress: Progress
 ) -> dict[str, ModeCheck]:
     """Check the fixed-interface modes of all reduced bodies that have any, one after the other."""
@@ -212,12 +212,12 @@ def checks(
     }
 
 
-def by_body(tasks: Sequence[Task], outcomes: Sequence[Outcome[ReducedBody]]) -> dict[str, ReducedBody]:
+def index_by_body(tasks: Sequence[Task], outcomes: Sequence[Outcome[ReducedBody]]) -> dict[str, ReducedBody]:
     """Return the results of the tasks of `list_reduction_tasks`, by body."""
     return {str(task.inputs["body"]): outcome.value for task, outcome in zip(tasks, outcomes, strict=True)}
 
 
-def together(
+def make_rig_reduction(
     model: RigModel, meshed: MeshedRig, tasks: list[Task], outcomes: list[Outcome[ReducedBody]]
 ) -> RigReduction:
     """Make the reduction of the rig from the results of `list_reduction_tasks`.
@@ -225,7 +225,7 @@ def together(
     This adds the mirror images, selects the requested modes, and applies to the blade its material, the springs of its
     clamp, accelerometer and stinger.
     """
-    result = by_body(tasks, outcomes)
+    result = index_by_body(tasks, outcomes)
     result["blade"] = _with_own_material(result["blade"], model)
     bodies = {
         body: result[body].rom if body in result else mirror_model(result[find_mirror_image(body) or ""].rom, body)

@@ -27,7 +27,7 @@ FINEST, COARSEST = 1e-3, 10e-3
 #: rotate a damper beyond the range of a linear model.
 WIDEST_GAP = 1e-4
 #: Largest inclination of a laser beam [rad]; a beam at a larger angle mostly measures another direction.
-MOST_LEANING = radians(80)
+LARGEST_INCLINATION = radians(80)
 #: Largest angle between contact lines [rad]: `WIDEST_GAP` over a line of 1 mm; a larger value is a mistake of the unit.
 WIDEST_ANGLE = 0.1
 
@@ -80,7 +80,7 @@ def _gap_angle(angle: float) -> float:
 
 
 def _lean(angle: float) -> float:
-    if not abs(angle) <= MOST_LEANING:
+    if not abs(angle) <= LARGEST_INCLINATION:
         raise ValueError('must lie between "-80 deg" and "80 deg": at 0 the beam is along y, positive towards +z')
     return angle
 
