@@ -1,1 +1,1 @@
-"""Harmonic balance: the Fourier convention, dynamic stiffness and forced response. Knows nothing of measurements."""
+"""Harmonic balance: the Fourier convention, dynamic stiffness and forced response, independent of measurements."""

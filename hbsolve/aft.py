@@ -30,7 +30,7 @@ class InitialSliders(NamedTuple):
 
 
 class BalanceArrays(NamedTuple):
-    """Joints and instants of a balance, as compiled code takes them; d directions."""
+    """Joints and instants of a balance as arguments of compiled code; d directions."""
 
     table: JointTable
     """Joints as arrays."""
@@ -43,20 +43,20 @@ class BalanceArrays(NamedTuple):
 
 
 class JointForces(NamedTuple):
-    """What the joints do in a given motion; d directions, nh = 2 H + 1, n instants."""
+    """Forces and states of the joints in a given motion; d directions, nh = 2 H + 1, n instants."""
 
     coefficients: Real
     """g, shape (d, nh) [N]."""
     jacobian: Real
-    """Of g, rows by direction, columns the directions of the same joint, shape (d, nh, 3 nh) [N/m]."""
+    """Jacobian of g, rows by direction, columns the directions of the same joint, shape (d, nh, 3 nh) [N/m]."""
     active: Whole
-    """Leading rows that are not zero, shape (d,)."""
+    """Number of leading rows of each direction's Jacobian that are not zero, shape (d,)."""
     by_parameter: Real
-    """Of g with respect to each parameter (in the order of the table), shape (p, 3, nh): directions of its joint."""
+    """Derivative of g by each parameter (in the order of the table), shape (p, 3, nh): directions of its joint."""
     by_start: Real
-    """... to each slider's start, shape (s, 3, nh)."""
+    """Derivative of g by each slider's start, shape (s, 3, nh)."""
     by_frequency: Real
-    """... to Omega at fixed coefficients, shape (d, nh)."""
+    """Derivative of g by Omega at fixed coefficients, shape (d, nh)."""
     slider: Real
     """Slider positions, shape (s, n) [m]."""
     status: Whole
@@ -64,7 +64,7 @@ class JointForces(NamedTuple):
     force: Real
     """f - D u in time, shape (d, n) [N]."""
     unsettled: Whole
-    """1 for a joint whose state does not repeat every period, so that this is no periodic motion, shape (n_joint,)."""
+    """1 for a joint whose state does not repeat every period, so that the motion is not periodic, shape (n_joint,)."""
 
 
 @compiled
@@ -123,7 +123,7 @@ def joint_forces(x: Any, omega: float, table: Any, start: Any, sampling: Any, wa
 
 @compiled
 def _project(force: Any, sampling: Any) -> Any:
-    """Coefficients of forces; most contacts of most structures stick, and theirs are constant."""
+    """Coefficients of forces; constant forces, such as those of most contacts, which stick, take no projection."""
     d, n = force.shape
     varied, n_varied = np.empty(d, np.int64), 0
     coefficients = np.zeros((d, sampling.project.shape[1]))

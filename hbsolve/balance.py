@@ -1,4 +1,4 @@
-"""The harmonic balance of a jointed system: quantities that are computed once, and the residual at any motion."""
+"""The harmonic balance of a jointed system: its joints and its linear structure, computed once, and full responses."""
 
 import warnings
 from collections.abc import Sequence
@@ -23,20 +23,21 @@ from reduction.available_memory import describe_lacking_memory
 from reduction.joint_law.joint_arrays import addresses
 from reduction.jointed_system import JointedSystem
 
-#: Samples a period by default: this many a harmonic, rounded up to a power of two, and no fewer than LEAST_SAMPLE.
+#: Default samples per period: this many per harmonic, rounded up to a power of two, and at least LEAST_SAMPLE.
 SAMPLE_PER_HARMONIC, LEAST_SAMPLE = 32, 128
-#: Eigenvalue of the damping, relative to its largest entry or eigenvalue, that still counts as round-off.
+#: Negative eigenvalue of the damping, relative to its largest entry or eigenvalue, that still counts as round-off.
 NEGATIVE = 1e-9
-#: Largest stiffness of the linear reference, and of a joint, over that of the structure along a direction [-]. A joint
-#: of the first is rigid compared with the structure; of the second, round-off of its displacement is 1e-6 of its force.
+#: Largest stiffness of the linear reference, and of a joint, over that of the structure along a direction [-]. With the
+#: first a joint is practically rigid; with the second, round-off of its displacement makes an error of 1e-6 of its
+#: force.
 STIFFEST, BEYOND = 1e6, 1e10
 #: Stiffness along a direction, over the largest of all, that counts as zero [-].
 ROUND_OFF = 1e-9
-#: Arrays of instants and coefficients while a basis is made, and Jacobians of all joints while they are used [-].
+#: Number of arrays of instants and coefficients held while a basis is made, and of Jacobians of all joints in use [-].
 BASES, JACOBIANS = 11, 2
 #: Largest load [N]: norms of its response must not overflow.
 MOST_FORCE = 1e100
-#: Largest Omega [rad/s]: nor must (H Omega)^4.
+#: Largest Omega [rad/s]: (H Omega)^4 must not overflow.
 HIGHEST = 1e50
 
 
@@ -47,28 +48,28 @@ class HarmonicBalance:
     Parameters
     ----------
     system
-        The structure, its joints and its loads.
+        Structure, its joints and its loads.
     n_harmonic
-        H + 1: the mean counts [-].
+        Number of harmonics with the mean, H + 1 [-].
     n_sample
-        Instants per period at which the joints are evaluated; by default 32 per harmonic, and a power of two.
-        `hbsolve.truncation` estimates what they and the harmonics left out cost [-].
+        Number of instants per period at which the joints are evaluated; by default 32 per harmonic, rounded up to a
+        power of two, and at least 128. `hbsolve.truncation` estimates the error due to samples and harmonics [-].
     level
         Scale of the harmonic force; the static load does not scale [-].
 
     Raises
     ------
     BalanceError
-        Too few harmonics for the force, too few samples for the harmonics, numbers of them that are not whole or whose
-        arrays do not fit into the memory that is free, loads or joints' stiffnesses too large to compute with, or no
-        system.
+        Too few harmonics for the force, too few samples for the harmonics, numbers of harmonics or samples that are not
+        whole or whose arrays exceed the free memory, loads or joint stiffnesses too large to compute with, or a system
+        of another type.
     ModelError
-        Matrices of no vibrating structure, or one that is not supported even with all contacts stuck.
+        Matrices that describe no vibrating structure, or a structure without support even with all contacts stuck.
 
     Warns
     -----
     DampingWarning
-        Damping that puts energy into some motion.
+        Damping that adds energy to some motion.
 
     References
     ----------
@@ -98,7 +99,7 @@ class HarmonicBalance:
             _warn_of_negative_damping(self.system.structural_damping, "structural damping", "N/m")
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Compiled functions have other addresses in another process."""
+        """Restore a balance with the addresses that compiled functions have in this process."""
         joints = state["system"].joints
         table = state["table"]._replace(force=list_force_addresses(joints), address=addresses(joints))
         self.__dict__.update({**state, "table": table})
@@ -144,7 +145,7 @@ class HarmonicBalance:
             mass=system.mass,
             damping=system.damping,
             stiffness=system.stiffness,
-            # A structure that has grown by a body is no longer near.
+            # The basis is not that of a structure to which a body was added.
             basis=system.basis if system.basis is not None and system.basis.shape == system.mass.shape else None,
             structural=system.structural_damping,
             directions=rows,
@@ -158,7 +159,7 @@ class HarmonicBalance:
         return self._shared(level=check_real_number(level, "level", BalanceError))
 
     def with_samples(self, n_sample: int) -> "HarmonicBalance":
-        """The same balance on other instants."""
+        """The same balance with another number of samples."""
         return self._shared(n_sample=check_whole_number(n_sample, "n_sample", BalanceError))
 
     def with_harmonics(self, n_harmonic: int, n_sample: int) -> "HarmonicBalance":
@@ -178,9 +179,9 @@ class HarmonicBalance:
         return other
 
     def on_same_structure(self, system: JointedSystem) -> "HarmonicBalance | None":
-        """The balance of a system that differs in its static load and in the parameters of its joints alone.
+        """The balance of a system that differs only in its static load and in the parameters of its joints.
 
-        None if the linear structure with all contacts stuck, the directions or the harmonic force are others.
+        None if the linear structure with all contacts stuck, the directions or the harmonic force differ.
         """
         own, table = self.system, _make_limited_table(system)
         matrices = ("mass", "damping", "stiffness", "structural_damping", "dynamic")
@@ -197,7 +198,7 @@ class HarmonicBalance:
         return self._shared(system=system, table=table, structure=self.structure.with_static(static))
 
     def _shared(self, **changes: Any) -> "HarmonicBalance":
-        # Copied, not built again: the modal decomposition is the work. `copy` would look up all compiled laws again.
+        # Copied, since the modal decomposition is expensive. `copy` would look up all compiled laws again.
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
         for cached in ("sampling", "joint_of_direction", "arrays", "_loads"):
@@ -209,12 +210,12 @@ class HarmonicBalance:
 
     @property
     def is_dense(self) -> bool:
-        """Whether each frequency takes dense solves: a `Recovery` is cheaper there than a second state without one."""
+        """Whether each frequency takes dense solves: a `Recovery` then pays off from the second state on."""
         return self.structure.is_dense
 
     @property
     def main_harmonic(self) -> int:
-        """The lowest harmonic beside the mean that the load acts at; 1, or the highest, if there is none [-]."""
+        """The lowest harmonic of the load above the mean; without a harmonic load 1, or 0 if H = 0 [-]."""
         acted = np.flatnonzero(self.system.dynamic.any(axis=1))
         return next((int(k) for k in acted if k), min(1, self.n_harmonic - 1))
 
@@ -230,7 +231,7 @@ class HarmonicBalance:
 
     @cached_property
     def sampling(self) -> Sampling:
-        """Basis on the instants."""
+        """Fourier basis on the instants of a period."""
         return sampling(self.n_harmonic, self.n_sample)
 
     @cached_property
@@ -241,11 +242,11 @@ class HarmonicBalance:
 
     @cached_property
     def arrays(self) -> BalanceArrays:
-        """Joints and instants, as compiled code takes them."""
+        """Joints and instants as arguments of compiled code."""
         return BalanceArrays(self.table, *self.joint_of_direction, self.sampling)
 
     def find_stiffer_joint(self) -> tuple[str, float, float] | None:
-        """Name and stiffness of a joint stiffer than the linear reference, and what that has instead [N/m]; or none."""
+        """Name and stiffness of a joint stiffer than its linear reference, and that of the reference [N/m]; or None."""
         for joint, first in zip(self.system.joints, self.table.direction, strict=False):
             for stiffness, most in zip(joint.reference_stiffness, self.table.reference[first:], strict=False):
                 if stiffness > most:
@@ -272,7 +273,7 @@ class HarmonicBalance:
         return self.structure.at_each([check_frequency(item) for item in angular_frequencies])
 
     def at_with_recovery(self, angular_frequency: float) -> tuple[Condensed, Recovery]:
-        """As `at`, with what gives full responses, of a structure that takes dense solves."""
+        """As `at`, with the recovery of full responses, for a structure that takes dense solves."""
         return self.structure.at_with_recovery(check_frequency(angular_frequency))
 
     def at_with_slopes(self, angular_frequency: float) -> Condensed:
@@ -294,7 +295,7 @@ class HarmonicBalance:
         g
             Joint force beyond D x, shape (d, nh) [N].
         recovery
-            Recovery of the structure at this Omega, where it serves several states; computed by default.
+            Recovery of the structure at this Omega, if several states use it; a direct solve by default.
         """
         return self.respond(condensed, complex_from_real(g), recovery)
 
@@ -312,22 +313,22 @@ class HarmonicBalance:
 
 
 def choose_samples(n_harmonic: int) -> int:
-    """Instants per period for H + 1 = n_harmonic, unless others are asked for [-]."""
+    """Default number of instants per period for H + 1 = n_harmonic [-]."""
     return int(2 ** ceil(log2(max(SAMPLE_PER_HARMONIC * (n_harmonic - 1), LEAST_SAMPLE))))
 
 
 def _make_limited_table(system: JointedSystem) -> JointTable:
     """Joints as arrays, with a linear reference that is not much stiffer than the structure where they act.
 
-    A slip moves a contact by its force over the structure's stiffness, and the reference by its force over its own: if
-    the former is lost in the round-off of the balance, so is the response.
+    A slip moves a contact by its force over the stiffness of the structure, and the linear reference by its force over
+    the stiffness of the reference: if the second is lost in the round-off of the first, so is the response.
     """
     table = make_joint_table(system.joints)
     if not len(table.reference):
         return table
     rows = np.vstack([joint.directions for joint in system.joints])
     beside = np.einsum("ij,ij->i", rows @ system.stiffness, rows) / np.einsum("ij,ij->i", rows, rows) ** 2
-    # A body that joints alone hold has the round-off of its elements.
+    # The stiffness of a body that is held by joints alone is round-off of its elements.
     round_off = ROUND_OFF * np.abs(system.stiffness).max()
     most = np.where(beside > round_off, STIFFEST * beside, np.inf)
     excess = table.reference / most
@@ -343,7 +344,7 @@ def _make_limited_table(system: JointedSystem) -> JointTable:
 
 
 def _refuse_beyond_memory(n_direction: int, n_harmonic: int, n_sample: int) -> None:
-    """Refuse harmonics and samples whose arrays would not fit."""
+    """Refuse harmonics and samples whose arrays exceed the free memory."""
     nh = 2 * n_harmonic - 1
     needed = 8.0 * (BASES * nh * n_sample + JACOBIANS * n_direction * 3 * nh**2 + 4 * n_direction * n_sample)
     if lacking := describe_lacking_memory(needed):
@@ -354,7 +355,7 @@ def _refuse_beyond_memory(n_direction: int, n_harmonic: int, n_sample: int) -> N
 
 
 def check_frequency(angular_frequency: float) -> float:
-    """An Omega that a balance can have [rad/s]; else a `BalanceError`."""
+    """Return Omega [rad/s]; refuse (`BalanceError`) a value that is not positive or too high to compute with."""
     omega = check_real_number(angular_frequency, "angular_frequency", BalanceError)
     if not (np.isfinite(omega) and omega > 0):
         raise BalanceError(f"angular_frequency = {omega:g} rad/s must be positive: give a static load as static_load")
@@ -364,9 +365,9 @@ def check_frequency(angular_frequency: float) -> float:
 
 
 def _warn_of_negative_damping(damping: Float[Real, "r r"], name: str, unit: str) -> None:
-    """Warn where the symmetric part of the damping, which alone works on a motion, has a negative eigenvalue.
+    """Warn of a negative eigenvalue of the symmetric part of the damping, the only part that does work in a motion.
 
-    Follower forces, such as those in the bearings of rotors, may be meant so: it is no error.
+    It is no error, because follower forces, such as those in the bearings of rotors, may have one.
     """
     values = np.linalg.eigvalsh((damping + damping.T) / 2)
     largest = max(float(np.abs(values).max()), float(np.abs(damping).max()))

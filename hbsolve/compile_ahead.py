@@ -1,4 +1,4 @@
-"""Compiles the solver and the most common laws once, so that the first answer need not wait for them."""
+"""Compile the solver and the most common laws in advance, so that the first result does not wait for them."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 
 
 def compile_kernels() -> None:
-    """Solve the smallest system of friction and a cubic spring; the machine code is stored on disk.
+    """Solve a small system with friction and a cubic spring; the machine code is stored on disk.
 
     Other laws are compiled in seconds when they are first used.
     """

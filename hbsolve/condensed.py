@@ -1,4 +1,4 @@
-r"""The linear structure as the joints see it: receptance between joint directions, and its derivative in Omega.
+r"""The linear structure condensed to the joint directions: their receptance, and its derivative in Omega.
 
 With D the reference stiffness of the joints and B their rows, the stuck structure is K_stuck = K + B^T D B and
 
@@ -11,7 +11,7 @@ few joint directions,
 
 .. math:: A = (I + A^0 D)^{-1} A^0 .
 
-Damping that neither uncouples takes one dense solve per harmonic.
+Damping that neither set of modes uncouples takes one dense solve per harmonic.
 
 References
 ----------
@@ -39,7 +39,7 @@ T = TypeVar("T")
 #: Stiffness of centring springs for a body held by joints alone, over that of the joints: if all of them slip, only
 #: these springs determine its mean position.
 CENTRING_STIFFNESS = 1e-9
-#: Memory of the modal responses that are computed at once [byte]; they stay in the cache of a processor.
+#: Memory of the modal responses that are computed at once [byte]: they stay in the cache of the processor.
 CHUNK_SIZE = 2**21
 
 
@@ -48,13 +48,14 @@ class Condensed(NamedTuple):
 
     angular_frequency: float
     columns: Array
-    """Of A_k, one in each row: what a unit force along one direction moves, shape (H + 1, d, d) [m/N]."""
+    """Columns of A_k, one in each row: displacements under a unit force along one direction, shape (H + 1, d, d) [m/N].
+    """
     static: Array
     """Displacement of the directions under the static load, in harmonic 0, shape (H + 1, d) [m]."""
     dynamic: Array
-    """... under the harmonic force at level 1, shape (H + 1, d) [m]."""
+    """Displacement of the directions under the harmonic force at level 1, shape (H + 1, d) [m]."""
     slopes: "CondensedSlopes | None" = None
-    """Derivatives in Omega, where they were asked for."""
+    """Derivatives in Omega, if computed."""
 
     @property
     def receptance(self) -> Array:
@@ -66,20 +67,20 @@ class CondensedSlopes(NamedTuple):
     """Derivatives of a condensed structure in Omega."""
 
     columns: Array
-    """Of dA_k/dOmega, shape (H + 1, d, d)."""
+    """Columns of dA_k/dOmega, one in each row, shape (H + 1, d, d)."""
     dynamic: Array
-    """Of the displacement under the harmonic force, shape (H + 1, d)."""
+    """Derivative of the displacement under the harmonic force, shape (H + 1, d)."""
 
 
 class Recovery(NamedTuple):
-    """What gives the full response of the stuck structure at one Omega, of r degrees of freedom."""
+    """Responses of the r degrees of freedom of the stuck structure at one Omega, to loads and to unit joint forces."""
 
     static: Array
     """Displacement under the static load, in harmonic 0, shape (H + 1, r) [m]."""
     dynamic: Array
-    """... under the harmonic force at level 1, shape (H + 1, r) [m]."""
+    """Displacement under the harmonic force at level 1, shape (H + 1, r) [m]."""
     contact: Array
-    """... under a unit force along each joint direction, shape (H + 1, r, d) [m/N]."""
+    """Displacement under a unit force along each joint direction, shape (H + 1, r, d) [m/N]."""
 
     def at_rows(self, rows: Float[Real, "s r"]) -> tuple[Complex[Array, "harmonic s"], Complex[Array, "harmonic s d"]]:
         """Displacement of some rows: under the harmonic force, and under unit joint forces."""
@@ -88,27 +89,27 @@ class Recovery(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CondensedStructure:
-    """Condenses a structure to its joint directions.
+    """A structure to be condensed to its joint directions.
 
     Raises
     ------
     ModelError
-        Matrices of no vibrating structure, or one that is not supported even with all contacts stuck.
+        Matrices that describe no vibrating structure, or a structure without support even with all contacts stuck.
     """
 
     mass: Float[Real, "r r"]
     damping: Float[Real, "r r"]
     stiffness: Float[Real, "r r"]
-    """Without the joints, shape (r, r); with centring springs for a body held by joints alone."""
+    """Stiffness without the joints, shape (r, r); with centring springs for a body held by joints alone."""
     directions: Float[Real, "d r"]
     """B, shape (d, r)."""
     reference: Float[Real, " d"]
     """D, shape (d,) [N/m]."""
     static: Coefficients
     dynamic: Coefficients
-    """Coefficients of the loads, shape (H + 1, r) [N]."""
+    """Coefficients of the static load, and of the harmonic force at level 1, shape (H + 1, r) [N]."""
     basis: Float[Real, "r r"] | None = None
-    """Mode shapes of a structure without the joints nearby; none by default."""
+    """Mode shapes of a similar structure without the joints; none by default."""
     structural: Float[Real, "r r"] | None = None
     """H, the imaginary part of a complex stiffness, shape (r, r) [N/m]; none by default."""
     is_centred: bool = field(init=False)
@@ -162,7 +163,7 @@ class CondensedStructure:
 
     @cached_property
     def _at_rest(self) -> tuple[Array, Array]:
-        """Both as the directions see them, shapes (d, d) and (d,)."""
+        """Both displacements along the directions, shapes (d, d) and (d,)."""
         contact, load = self._rest
         return np.asarray(self.directions @ contact), np.asarray(self.directions @ load)
 
@@ -195,12 +196,12 @@ class CondensedStructure:
         return self.at_each([angular_frequency])[0]
 
     def at_each(self, angular_frequencies: Sequence[float]) -> list[Condensed]:
-        """Condense at several Omega [rad/s], many at once: at one alone the calls take longer than the arithmetic."""
+        """Condense at several Omega [rad/s], in groups: for a single one the calls take longer than the arithmetic."""
         size = 16 * (len(self.directions) + 1) * len(self.dynamic) * self.directions.shape[1]
         return [item for chunk in _split_chunks(angular_frequencies, size) for item in self._condense(chunk)]
 
     def _condense(self, angular_frequencies: Sequence[float]) -> list[Condensed]:
-        """Condense at all of them in one."""
+        """Condense at all Omega of a group."""
         free, count = self._free, len(angular_frequencies)
         omega, force = self._all_harmonics(angular_frequencies)
         A, x = (free or self.stuck).condense(omega, self.directions, force)
@@ -211,7 +212,7 @@ class CondensedStructure:
         return [self._joined(*part) for part in parts]
 
     def at_with_recovery(self, angular_frequency: float) -> tuple[Condensed, "Recovery"]:
-        """`at` and `recovery` of a structure that takes dense solves, by one of them."""
+        """`at` and `recovery` of a structure that takes dense solves, from one dense solve."""
         omega = harmonics(angular_frequency, len(self.dynamic))
         moved = self.stuck.solve(omega[1:], stack_unit_forces_and_force(self.directions, self.dynamic[1:]))
         along = self.directions @ moved
@@ -235,7 +236,7 @@ class CondensedStructure:
         return self._joined(angular_frequency, A, x)._replace(slopes=slopes)
 
     def _joined(self, angular_frequency: float, A: Array, x: Array) -> Condensed:
-        """The harmonics and the mean in one."""
+        """Combine the mean with harmonics 1 to H."""
         mean, x_static = self._at_rest
         dynamic = np.concatenate([np.zeros_like(x[:1]), x]) if len(x) else np.zeros((1, len(mean)), dtype=np.complex128)
         static = np.zeros_like(dynamic)
@@ -243,20 +244,20 @@ class CondensedStructure:
         return Condensed(angular_frequency, np.concatenate([mean[None], self._columns(A)]), static, dynamic)
 
     def _columns(self, A: Array) -> Array:
-        """The columns of receptances, which are their rows where modes uncouple the damping: it is symmetric then."""
+        """Columns of receptances; where modes uncouple the damping, A is symmetric and its columns are its rows."""
         return np.ascontiguousarray(A.swapaxes(1, 2)) if self.is_dense else A
 
     def recovery(self, condensed: Condensed) -> Recovery:
-        """What many states at one Omega are recovered by; a single one is cheaper by `displacement`."""
+        """Recovery of the full responses of many states at one Omega; for one state `displacement` costs less."""
         return self.recoveries([condensed])[0]
 
     def recoveries(self, condensed: Sequence[Condensed]) -> list[Recovery]:
-        """`recovery` at several Omega, many at once."""
+        """`recovery` at several Omega, in groups."""
         chunks = _split_chunks(condensed, 16 * (len(self.directions) + 1) * self.static.size)
         return [item for chunk in chunks for item in self._recover(chunk)]
 
     def _recover(self, condensed: Sequence[Condensed]) -> list[Recovery]:
-        """`recoveries` at all of them in one."""
+        """`recoveries` at all Omega of a group."""
         omega, force = self._all_harmonics([item.angular_frequency for item in condensed])
         along = np.repeat(self.directions[:, None, :], len(omega), axis=1)
         moved = (self._free or self.stuck).response(omega, np.concatenate([along, force[None]]))
@@ -270,7 +271,8 @@ class CondensedStructure:
 
         Returns
         -------
-        Of each Omega, under the harmonic force at level 1 [m], and under a unit force along each joint direction [m/N].
+        For each Omega, the displacement under the harmonic force at level 1 [m], and under a unit force along each
+        joint direction [m/N].
         """
         if self.is_dense:
             return [self.recovery(item).at_rows(rows) for item in condensed]
@@ -280,7 +282,7 @@ class CondensedStructure:
     def _recover_rows(
         self, condensed: Sequence[Condensed], rows: Float[Real, "s r"]
     ) -> list[tuple[Complex[Array, "harmonic s"], Complex[Array, "harmonic s d"]]]:
-        """`recover_rows` at all of them in one."""
+        """`recover_rows` at all Omega of a group."""
         omega, force = self._all_harmonics([item.angular_frequency for item in condensed])
         modal = self._free or self.stuck.modal
         assert modal is not None
@@ -291,15 +293,15 @@ class CondensedStructure:
     def _of_stuck_structure(
         self, condensed: Sequence[Condensed], dynamic: Complex[Array, "F n"], contact: Complex[Array, "F n d"]
     ) -> list[tuple[Complex[Array, "H n"], Complex[Array, "H n d"]]]:
-        """Motion of n rows, at each Omega, from that of the structure whose modes carry it.
+        """Motion of n rows of the stuck structure, at each Omega, from that of the structure whose modes are used.
 
         Parameters
         ----------
         condensed
             The structure at all Omega.
         dynamic, contact
-            Under the harmonic force [m], and under a unit force along each joint direction [m/N], at harmonics 1 to H
-            of all Omega.
+            Motion under the harmonic force [m], and under a unit force along each joint direction [m/N], at harmonics 1
+            to H of all Omega.
         """
         if self._free is not None:
             # alpha_stuck f = alpha_free (f - B^T D B alpha_stuck f)
@@ -327,10 +329,10 @@ class CondensedStructure:
     def displacements_at_each(
         self, condensed: Sequence[Condensed], forces: Complex[Array, "p harmonic r"]
     ) -> list[Complex[Array, "p harmonic r"]]:
-        """`displacements` at several Omega, many at once.
+        """`displacements` at several Omega, in groups.
 
-        Where the damping couples the modes of the stuck structure and not those without its joints, these carry the
-        response: with A the condensed receptance, B alpha_stuck f = (I - A D) B alpha_free f.
+        Where the damping couples the modes of the stuck structure but not those of the structure without joints, the
+        latter give the response: with A the condensed receptance, B alpha_stuck f = (I - A D) B alpha_free f.
         """
         mean, chunks = self._mean(forces), _split_chunks(condensed, 16 * forces.size)
         return [
@@ -356,7 +358,7 @@ class CondensedStructure:
         return stuck.response(np.zeros(1), rest) if self._free is None else stuck.static_response(rest[:, 0])[:, None]
 
     def _moved(self, condensed: Sequence[Condensed], forces: Complex[Array, "... F r"]) -> Complex[Array, "... F r"]:
-        """Response of harmonics 1 to H at all Omega, one after another, to forces in them."""
+        """Response to forces in harmonics 1 to H of all Omega, which follow one another along the axis F."""
         free = self._free
         omega, _ = self._all_harmonics([item.angular_frequency for item in condensed])
         if free is None:
@@ -373,12 +375,12 @@ class CondensedStructure:
 
 
 def _with_mean(dynamic: Array, contact: Array, mean: Array) -> tuple[Array, Array]:
-    """Motion under the harmonic force and under joint forces with harmonic 0, where only these act."""
+    """Add harmonic 0 to the motion under the harmonic force, where it is zero, and under joint forces."""
     return np.concatenate([np.zeros((1, len(mean))), dynamic]), np.concatenate([mean[None], contact])
 
 
 def _split_chunks(items: Sequence[T], size: int) -> list[Sequence[T]]:
-    """The items in groups that take `CHUNK_SIZE` bytes at most, if each of them takes `size`."""
+    """The items in groups of at most `CHUNK_SIZE` bytes, or single ones; each item takes `size` bytes."""
     count = max(1, CHUNK_SIZE // max(size, 1))
     return [items[first : first + count] for first in range(0, len(items), count)]
 

@@ -18,34 +18,34 @@ class ContactMotion:
     """One joint over one period, at n instants; d directions (tangents, then the normal), s sliders."""
 
     name: str
-    """Of the joint."""
+    """Name of the joint."""
     time: Float[Real, " n"]
-    """Shape (n,) [s]."""
+    """Instants, shape (n,) [s]."""
     displacement: Float[Real, "d n"]
-    """Of each direction, shape (d, n) [m]."""
+    """Displacement of each direction, shape (d, n) [m]."""
     force: Float[Real, "d n"]
-    """On the structure against each displacement: T of the tangents, N of the normal, shape (d, n) [N]."""
+    """Force on the structure against each displacement: T of the tangents, N of the normal, shape (d, n) [N]."""
     slider: Float[Real, "s n"]
-    """Shape (s, n) [m]."""
+    """Slider positions, shape (s, n) [m]."""
     status: Int[Whole, "t n"]
-    """0 stick, 1 slip, 2 separated, of each tangent; of the joint where it has one direction, shape (t, n). Sliders in
-    parallel (`JenkinsChain`, `IwanJoint`) slip where all of them do; a smooth hysteresis where its slider follows more
-    than half of the motion; a user's law where what it remembers changes."""
+    """State of each tangent, or of a joint with one direction: 0 stick, 1 slip, 2 separated, shape (t, n). Sliders in
+    parallel (`JenkinsChain`, `IwanJoint`) slip where all of them slip; a smooth hysteresis where its slider follows at
+    least half of the motion; a user's law where its state changes."""
     share: Float[Real, " 3"]
-    """Shares of the period in stick, slip and separation, tangents together, shape (3,) [-]."""
+    """Fractions of the period in stick, slip and separation, tangents together, shape (3,) [-]."""
 
     @property
     def dissipated(self) -> Float[Real, " d"]:
         """Work that each direction takes from the structure in a period: the area of its loop, shape (d,) [J]."""
         n = self.displacement.shape[1]
-        # The displacement holds harmonics 0 to H alone, so its derivative through the Fourier series is exact.
+        # The displacement has only harmonics 0 to H, so that its derivative through the Fourier series is exact.
         wave = np.fft.rfft(self.displacement, axis=1)
         slope = np.fft.irfft(1j * np.arange(wave.shape[1]) * wave, n, axis=1)
         return np.asarray(2 * np.pi / n * (self.force * slope).sum(axis=1))
 
 
 def contact_motion(balance: HarmonicBalance, state: SteadyState) -> tuple[ContactMotion, ...]:
-    """Every joint over the steady period of a state.
+    """Displacements, forces and states of every joint over the steady period of a state.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def contact_motion(balance: HarmonicBalance, state: SteadyState) -> tuple[Contac
 
 
 def contact_share(balance: HarmonicBalance, state: SteadyState) -> Float[Real, "joint 3"]:
-    """Shares of the period in stick, slip and separation of each joint, shape (n_joint, 3) [-]."""
+    """Fractions of the period in stick, slip and separation of each joint, shape (n_joint, 3) [-]."""
     forces, _ = _evaluate_forces(balance, state)
     shares = [_share(find_contact_status(balance, forces, number)) for number in range(len(balance.system.joints))]
     return np.array(shares).reshape(-1, 3)

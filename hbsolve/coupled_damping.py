@@ -1,8 +1,8 @@
-r"""Proportional damping plus a part of low rank: a spring, a mass or a dashpot was put on a damped structure.
+r"""Proportional damping plus a part of low rank, as of a damped structure with an added spring, mass or dashpot.
 
 .. math:: C = a M + b K + U \, \mathrm{diag}(s) \, U^T
 
-with few columns in U. These alone couple the modes of M and K, and the Sherman-Morrison-Woodbury formula solves for
+with few columns in U. Only these couple the modes of M and K, and the Sherman-Morrison-Woodbury formula solves for
 them: one decomposition serves all frequencies, as with proportional damping.
 """
 
@@ -13,11 +13,11 @@ from jaxtyping import Float
 
 from reduction.array_type import Matrix, Real, Vector
 
-#: Entries of C - a M - b K that are round-off, as a share of sqrt(c_ii c_jj).
+#: Size of entries of C - a M - b K that is round-off, relative to sqrt(c_ii c_jj) with c = |a| m + |b| k.
 ROUND_OFF = 1e-9
-#: Degrees of freedom that may be out of proportion: more, and a dense solve is not much dearer.
+#: Largest number of degrees of freedom whose damping is not proportional: with more, a dense solve costs little more.
 MAX_COUPLED = 16
-#: Share of the degrees of freedom that must be in proportion before a and b count as known.
+#: Least fraction of the degrees of freedom with proportional damping for which a and b are accepted.
 MAJORITY = 0.6
 
 
@@ -37,7 +37,7 @@ class ProportionalPlusLowRank:
 def split_proportional_plus_low_rank(
     mass: Matrix, damping: Matrix, stiffness: Matrix
 ) -> ProportionalPlusLowRank | None:
-    """The factors and directions of such damping, of matrices of shape (r, r) [kg, N s/m, N/m]; none of any other."""
+    """The factors and directions of such damping, from matrices of shape (r, r) [kg, N s/m, N/m]; else None."""
     factors = _find_factors(np.diag(mass), np.diag(damping), np.diag(stiffness))
     if factors is None:
         return None
@@ -61,10 +61,10 @@ def split_proportional_plus_low_rank(
 
 
 def _find_factors(mass: Vector, damping: Vector, stiffness: Vector) -> tuple[float, float] | None:
-    """Factors a and b that most of the diagonal agrees with.
+    """Factors a and b with which most of the diagonal agrees.
 
-    Each pair of widely separated entries gives an a and a b; the medians belong to the majority, which is then fitted
-    together.
+    Each pair of widely separated entries gives an a and a b; the medians are those of the majority of entries, to which
+    a and b are then fitted.
     """
     damped = np.flatnonzero(damping > 0)
     n = len(damped)

@@ -1,9 +1,9 @@
-r"""A symmetric matrix as diagonal plus low rank, split by means of its entries off the diagonal alone.
+r"""A symmetric matrix as diagonal plus low rank, split by its off-diagonal entries alone.
 
 .. math:: A = \mathrm{diag}(d) + U \, \mathrm{diag}(s) \, U^T
 
-with few columns in U. Entries off the diagonal are those of the second part, and determine it: with the indices in
-three sets, the blocks off the diagonal give what this part adds to the diagonal,
+with few columns in U. The off-diagonal entries are those of the second part, and determine it: with the indices in
+three sets, the off-diagonal blocks give the diagonal of this part,
 
 .. math:: L_{ii} = A_{iQ} A_{PQ}^{+} A_{Pi}, \qquad i, P, Q \text{ in different sets} .
 
@@ -19,11 +19,11 @@ from jaxtyping import Float
 
 from reduction.array_type import Matrix, Real
 
-#: Highest rank: beyond it a dense solve is not much dearer.
+#: Largest rank: beyond it a dense solve costs little more.
 MAX_RANK = 24
 #: Least size of a matrix: two indices in each of three sets.
 MIN_MATRIX_SIZE = 6
-#: Entries that are round-off, as a share of sqrt(a_ii a_jj) and of the largest entry.
+#: Size of entries that is round-off, relative to sqrt(a_ii a_jj) and to the largest entry.
 OWN_ROUND_OFF, ROUND_OFF = 1e-10, 1e-14
 #: Seed of the sets, and rounds in which both parts are refined.
 SEED, ROUNDS = 0, 8
@@ -68,7 +68,7 @@ def split_diagonal_plus_low_rank(matrix: Matrix) -> DiagonalPlusLowRank | None:
 
 
 def _complete(scaled: Matrix, allowed: Matrix) -> tuple[Float[Real, " r"], int] | None:
-    """What the part of low rank adds to the diagonal, and its rank."""
+    """Diagonal of the part of low rank, and its rank; None if the rank is too high."""
     r = len(scaled)
     if r < MIN_MATRIX_SIZE:
         return None

@@ -19,7 +19,7 @@ Amplitudes = Complex[Array, "p r"]
 Condensed = Complex[Array, "p d d"]
 Rows = Int[Whole, " k"]
 
-#: lambda / (lambda + sigma) of a rigid-body motion; that of the lowest elastic mode is 1/2.
+#: Largest lambda / (lambda + sigma) of a rigid-body motion; that of the lowest elastic mode is 1/2.
 RIGID = 1e-6
 
 
@@ -32,21 +32,21 @@ class DynamicStiffness:
     with the structural damping H of a complex stiffness, which acts on all motions but the mean. The receptances of
     harmonics k of Omega are those at omega = k Omega.
 
-    With damping that does not couple the modes (Rayleigh, modal), or that few directions couple, one decomposition
+    With damping that does not couple the modes (Rayleigh, modal), or couples them in few directions, one decomposition
     serves all frequencies, see `hbsolve.modal_coordinates`. Any other damping takes one dense complex solve per
     frequency; the results are the same to round-off.
 
     Parameters
     ----------
     mass
-        Symmetric positive definite, shape (r, r) [kg].
+        Mass, symmetric positive definite, shape (r, r) [kg].
     damping
-        Shape (r, r) [N s/m].
+        Damping, shape (r, r) [N s/m].
     stiffness
-        Symmetric positive semi-definite, shape (r, r) [N/m]: singular for a body held by contacts alone.
+        Stiffness, symmetric positive semi-definite, shape (r, r) [N/m]: singular for a body held by contacts alone.
     basis
-        Mode shapes of a structure nearby, shape (r, r), in which all three matrices may be diagonal plus low rank where
-        its own modes are coupled; none by default.
+        Mode shapes of a similar structure, shape (r, r), used if the damping couples the modes of this one and all
+        matrices are diagonal plus low rank in these shapes; none by default.
     structural
         H, the imaginary part of a complex stiffness, shape (r, r) [N/m]; none by default.
 
@@ -97,7 +97,7 @@ class DynamicStiffness:
 
     @classmethod
     def of(cls, model: "ReducedModel | DynamicStiffness") -> "DynamicStiffness":
-        """That of a reduced model, or the model itself if it is one already."""
+        """The dynamic stiffness of a reduced model, or the model itself if it is one already."""
         if isinstance(model, cls):
             return model
         return cls(mass=model.mass, damping=model.damping, stiffness=model.stiffness)
@@ -114,7 +114,7 @@ class DynamicStiffness:
 
     @cached_property
     def n_rigid(self) -> int:
-        """Number of rigid-body motions: directions in which the stiffness resists nothing [-]."""
+        """Number of rigid-body motions, against which there is no stiffness [-]."""
         return int(np.count_nonzero(1 - self.modes.shift * self.modes.mu < RIGID))
 
     def receptance(
@@ -129,13 +129,14 @@ class DynamicStiffness:
         angular_frequency
             omega, shape (p,) [rad/s]; `hbsolve.fourier.harmonics` gives those of the harmonics of Omega.
         rows, columns
-            Degrees of freedom, shapes (k,) and (l,) [-]; all by default. One that the model does not have is a
-            `ModelError`.
+            Degrees of freedom, shapes (k,) and (l,) [-]; all by default.
 
         Raises
         ------
         ForceError
             A static receptance (omega = 0) of an unsupported body, or an undamped resonance.
+        ModelError
+            A degree of freedom that the model does not have.
         """
         omega = self._check_frequencies(angular_frequency)
         chosen_rows, chosen_columns = self._check_rows(rows), self._check_rows(columns)
@@ -215,7 +216,7 @@ class DynamicStiffness:
         return factor, bool(lower)
 
     def force(self, angular_frequency: Frequencies, displacement: Amplitudes) -> Amplitudes:
-        """The force (K - omega^2 M + i (omega C + H)) q of a motion; the inverse of `response`, shape (p, r) [N]."""
+        """Force (K - omega^2 M + i (omega C + H)) q of a motion, the inverse of `response`, shape (p, r) [N]."""
         omega = np.asarray(angular_frequency, dtype=np.float64)[:, None]
         elastic, inertial = displacement @ self.stiffness.T, displacement @ self.mass.T
         force = elastic - omega**2 * inertial + 1j * omega * (displacement @ self.damping.T)
@@ -293,7 +294,7 @@ class DynamicStiffness:
         return np.asarray(matrices)
 
     def _check_frequencies(self, angular_frequency: Frequencies) -> Frequencies:
-        """The frequencies; a static one is refused for an unsupported body."""
+        """Return the frequencies; refuse a static one for an unsupported body."""
         omega = np.asarray(angular_frequency, dtype=np.float64)
         if self.n_rigid and np.any(omega == 0):
             raise ForceError(

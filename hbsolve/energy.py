@@ -30,13 +30,13 @@ class EnergyBalance:
     """Energies of one period [J]."""
 
     input_work: float
-    """Of the harmonic force."""
+    """Work of the harmonic force."""
     joint_dissipation: Float[Real, " joint"]
-    """Of each joint, shape (n_joint,)."""
+    """Energy dissipated by each joint, shape (n_joint,)."""
     linear_dissipation: float
-    """Of the damping matrix and of structural damping."""
+    """Energy dissipated by the damping matrix and by structural damping."""
     stored: float
-    """U_pot, as above."""
+    """U_pot, see the module."""
 
     @property
     def dissipated(self) -> float:
@@ -73,7 +73,7 @@ def energy_balance(balance: HarmonicBalance, state: SteadyState) -> EnergyBalanc
     stored = 0.5 * np.einsum("nr,rs,ns->n", moved, system.stiffness, moved, optimize=True)
     table = balance.table
     for number, (joint, motion) in enumerate(zip(system.joints, motions, strict=True)):
-        # Those of the balance: along a branch over a parameter they are not the joint's own.
+        # Parameters of the balance: along a branch over a parameter they differ from those of the joint.
         values = table.value[table.parameter[number] : table.parameter[number + 1]]
         parameters = dict(zip(joint.parameter_names, values.tolist(), strict=True))
         vibrating = motion.force - motion.force.mean(axis=1, keepdims=True)

@@ -6,7 +6,7 @@ from geometry.errors import InputError, InputWarning
 
 
 class ForceError(InputError):
-    """An excitation that the model cannot answer."""
+    """An excitation to which the model has no response."""
 
 
 class ModelError(InputError):
@@ -22,11 +22,11 @@ class BalanceError(InputError):
 
 
 class DampingWarning(InputWarning):
-    """Damping that puts energy into some motion."""
+    """Damping that adds energy to some motion."""
 
 
 class Failure(Enum):
-    """Why no steady state was found; the value is advice."""
+    """Reason why no steady state was found; the value is advice."""
 
     NEWTON = "start from a neighbouring state, or continue a branch to here"
     DRIFT = "hold the body by a support or a spring, or give a load without a mean"
@@ -43,9 +43,9 @@ class NoSteadyState(ArithmeticError):
     Parameters
     ----------
     message
-        Where, and what was tried.
+        Place of the state, and the attempts.
     failure
-        Why; its advice ends the message.
+        Reason; its advice ends the message.
     """
 
     def __init__(self, message: str, failure: Failure = Failure.NEWTON) -> None:
@@ -53,5 +53,5 @@ class NoSteadyState(ArithmeticError):
         self.failure = failure
 
     def __str__(self) -> str:
-        """Sentence with the advice."""
+        """Message with the advice."""
         return f"{self.args[0]}; {self.failure.value}"

@@ -27,7 +27,8 @@ class HarmonicForce:
     """
 
     coefficients: Complex[Array, "harmonic r"]
-    """Shape (n_harmonic, r) [N]: harmonic 0 (the static load, real), 1, ..., H on each degree of freedom."""
+    """Coefficients, shape (n_harmonic, r) [N]: harmonic 0 (the static load, real), 1, ..., H on each degree of freedom.
+    """
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "coefficients", dtype=np.complex128)
@@ -45,7 +46,7 @@ class HarmonicForce:
 
     @property
     def n_harmonic(self) -> int:
-        """H + 1: the mean counts [-]."""
+        """Number of harmonics with the mean, H + 1 [-]."""
         return len(self.coefficients)
 
 
@@ -58,18 +59,18 @@ def forced_response(
     Parameters
     ----------
     model
-        A reduced model, or a `DynamicStiffness` of plain matrices; give the latter if you call this more than once,
-        since it keeps its modes.
+        A reduced model, or a `DynamicStiffness` of matrices; the latter keeps its modes, which saves time in repeated
+        calls.
     force
-        The excitation; its harmonics are those of the response.
+        Excitation; its harmonics are those of the response.
     angular_frequency
         Omega, shape (p,) [rad/s], positive.
 
     Raises
     ------
     ForceError
-        A force on another number of degrees of freedom, a frequency that is not positive, a static force on a body that
-        nothing holds, or an undamped resonance.
+        A force on another number of degrees of freedom, a frequency that is not positive, a static force on a body
+        without support, or an undamped resonance.
     ModelError
         Matrices that describe no vibrating structure.
     """
@@ -103,7 +104,7 @@ def forced_response(
 def _compute_imbalance(
     structure: DynamicStiffness, force: HarmonicForce, angular_frequency: float, motion: Coefficients
 ) -> float:
-    """Force that is missing for balance over the force applied, from the matrices and not from the modes [-]."""
+    """Imbalance of forces over the applied force, from the matrices and not from the modes [-]."""
     needed = structure.force(harmonics(angular_frequency, force.n_harmonic), motion)
     applied = float(np.linalg.norm(force.coefficients))
     return float(np.linalg.norm(needed - force.coefficients)) / applied if applied else 0.0

@@ -1,4 +1,4 @@
-r"""The Fourier convention of this package, stated here and nowhere else.
+r"""The Fourier convention of this package.
 
 A periodic motion of the angular frequency Omega is
 

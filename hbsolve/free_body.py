@@ -1,4 +1,4 @@
-"""Whether joints alone hold a structure."""
+"""Test whether a structure is held by joints alone."""
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, eigvalsh
@@ -6,14 +6,15 @@ from scipy.linalg.lapack import dpocon
 
 from reduction.array_type import Matrix
 
-#: Reciprocal condition number of a scaled stiffness below which some motion may find no resistance.
+#: Reciprocal condition number of a scaled stiffness below which there may be a motion without stiffness.
 SINGULAR = 1e-13
-#: Share of the structure, without its joints, in the stiffness against some motion that counts as round-off.
+#: Stiffness of the structure without its joints against a motion, relative to that with joints, that counts as
+#: round-off.
 NOTHING = 1e-6
 
 
 def is_free(stiffness: Matrix, of_joints: Matrix) -> bool:
-    """Whether joints alone resist some motion, of the stiffness of a structure and that of its joints, (r, r) [N/m].
+    """Whether some motion is resisted by joints alone, from the stiffness of structure and joints, shape (r, r) [N/m].
 
     A Cholesky factor decides for most structures at a tenth of the cost of natural frequencies; for ill-conditioned
     fine meshes the motion of least stiffness decides.

@@ -1,4 +1,4 @@
-"""Calls of a compiled function by its address, so that its machine code is no part of its callers'.
+"""Calls of a compiled function by its address, so that its callers do not contain its machine code.
 
 numba compiles a function together with all functions that it calls. If several callers choose among many functions,
 each would contain a copy of every one, and compiling takes several times as long. A function that is called by its
@@ -15,14 +15,14 @@ from numba.extending import intrinsic
 
 
 def find_function_address(function: Callable[..., Any], arguments: Sequence[Any]) -> int:
-    """Where this process has the machine code of a compiled function that returns nothing; compiled if it must be.
+    """Address in this process of the machine code of a compiled function that returns nothing; compiled on first use.
 
     Parameters
     ----------
     function
-        Decorated by `fe.compiled.compiled`.
+        Function decorated by `fe.compiled.compiled`.
     arguments
-        Examples of its arguments: their types count, not their values.
+        Examples of its arguments: only their types are used.
 
     Raises
     ------
@@ -39,9 +39,10 @@ def find_function_address(function: Callable[..., Any], arguments: Sequence[Any]
 
 
 def caller(arguments: Sequence[Any]) -> Any:
-    """What compiled code calls as ``call(address, (u, v, ...))``, with arguments of exactly the types of `arguments`.
+    """Function that compiled code calls as ``call(address, (u, v, ...))``, with arguments of the types of `arguments`.
 
-    Arguments of other types are an error of numba when the caller is compiled: the code at the address has no others.
+    Arguments of other types are an error of numba when the caller is compiled, since the code at the address is
+    compiled for these types only.
     """
     expected = types.Tuple(tuple(typeof(argument) for argument in arguments))
 

@@ -1,4 +1,4 @@
-"""Joints as arrays, and how compiled code reaches their laws.
+"""Joints as arrays, and calls of their laws from compiled code.
 
 Laws over a period are large: they are called by their address (`hbsolve.function_address`). Laws at an instant are
 small: compiled switches contain all of them.
@@ -19,7 +19,7 @@ from reduction.array_type import Real, Whole
 from reduction.joint_law.joint_arrays import addresses, stack_parameters, starts
 from reduction.joint_law.registry import Joint
 
-#: Number of the law of a joint whose force is a user's function.
+#: Number of the law, `kind`, of a joint whose force is a user's function.
 FUNCTION = -1
 
 
@@ -30,7 +30,7 @@ class JointTable(NamedTuple):
     force: Whole
     """Address in this process of the law's compiled force."""
     address: Whole
-    """Of a user's compiled function, 0 for others."""
+    """Address of a user's compiled function, 0 for other joints."""
     direction: Whole
     """First direction of each joint and, last, d: shape (n_joint + 1,)."""
     slider: Whole
@@ -89,12 +89,12 @@ def _make_example_arguments() -> tuple[Any, ...]:
 _ARGUMENTS = _make_example_arguments()
 #: ``call_force(address, arguments)`` fills the output of a law, see `CompiledLaw.force`.
 call_force = caller(_ARGUMENTS)
-#: The same of a user's function, whose own address is the first of the arguments.
+#: The same for a user's function, whose address is the first of the arguments.
 call_function_force = caller((0, *_ARGUMENTS))
 
 
 class InstantTable(NamedTuple):
-    """Joints as `instant_force` takes them, one row each; p is the largest number of parameters."""
+    """Joints as arguments of `instant_force`, one row each; p is the largest number of parameters."""
 
     kind: Whole
     address: Whole
@@ -103,7 +103,7 @@ class InstantTable(NamedTuple):
 
 
 def make_instant_table(joints: Sequence[Joint]) -> InstantTable:
-    """Joints that remember nothing, see `Joint.n_slider`, as arrays."""
+    """Joints without memory, see `Joint.n_slider`, as arrays."""
     names = [item.name for item in _WITHOUT_MEMORY]
     kinds = [FUNCTION if joint.function is not None else names.index(joint.force_law) for joint in joints]
     return InstantTable(np.array(kinds, dtype=np.int64), addresses(joints), stack_parameters(joints))
@@ -129,7 +129,7 @@ step_slopes = compiled_switch(
 
 
 class SlopeTable(NamedTuple):
-    """Which switch gives the slopes of each joint, and the joint's number in it; shape (n_joint,) each."""
+    """Switch that gives the slopes of each joint, and the number of its law there; shape (n_joint,) each."""
 
     has_memory: Whole
     """1 for `step_slopes`, 0 for `instant_force`."""

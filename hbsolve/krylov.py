@@ -1,4 +1,4 @@
-r"""GMRES for (I + L A) y = right, `hbsolve.linearised`, without the matrix, also with one equation and unknown more.
+r"""GMRES for (I + L A) y = right, `hbsolve.linearised`, without the matrix, also bordered by one equation and unknown.
 
 As L is block diagonal by joint and A by harmonic, a product with both costs a tenth of one with the matrix, and most of
 its eigenvalues are close to 1.
@@ -17,27 +17,30 @@ from fe.compiled import compiled
 from hbsolve.linearised import active_directions
 from reduction.array_type import Real, Whole
 
-#: Vectors before GMRES may be given up for its pace: it starts slowly.
+#: Least number of vectors before GMRES may be stopped for slow convergence: it starts slowly.
 TRIAL = 12
 
 
 class Operator(NamedTuple):
-    """What a product with I + L A needs; m directions are active, f of them beyond the mean, s directions are seen."""
+    """Arrays for products with I + L A; m active directions, f of them beyond the mean, s directions of their joints.
+
+    These s directions are called seen.
+    """
 
     n_full: int
     """f."""
     real: Real
-    """Re A_k from active to seen directions, shape (H + 1, m, s) [m/N]."""
+    """Re A_k from the active directions to those of their joints, shape (H + 1, m, s) [m/N]."""
     imag: Real
     """Im A_k."""
     seen: Whole
-    """Where the directions of each active direction's joint are among those seen, shape (most directions, m)."""
+    """Indices of the directions of each active direction's joint among the s ones, shape (most directions, m)."""
     law: Real
     """L by coefficient of the force, by direction and coefficient of the motion, shape (nh, most directions nh, m)."""
 
 
 class Border(NamedTuple):
-    """One equation and one unknown more; empty arrays for none."""
+    """Additional equation and unknown; empty arrays for none."""
 
     column: Real
     row: Real
@@ -77,7 +80,7 @@ def operator(rows: Any, jacobian: Any, first: Any, count: Any, columns: Any) -> 
 
 @compiled
 def product(matrix: Any, y: Any, x: Any, gathered: Any, out: Any) -> None:
-    """(I + L A) y into `out`; x and gathered are buffers for the motion of the seen directions and of each joint's."""
+    """Write (I + L A) y into `out`; x and gathered are buffers for the motion of all s directions and by joint."""
     real, imag, n_full = matrix.real, matrix.imag, matrix.n_full
     n_harmonic, n, n_seen = real.shape
     nh = 2 * n_harmonic - 1
@@ -90,7 +93,7 @@ def product(matrix: Any, y: Any, x: Any, gathered: Any, out: Any) -> None:
     for k in range(1, n_harmonic):
         in_cosine, in_sine = x[2 * k - 1], x[2 * k]
         at, by = n + (2 * k - 2) * n_full, n + (2 * k - 1) * n_full
-        # Four columns at a time: a quarter of the traffic of x.
+        # Four columns at a time, to read and write x a quarter as often.
         whole = n_full - n_full % 4
         for j in range(0, whole, 4):
             c, c1, c2, c3 = y[at + j], y[at + j + 1], y[at + j + 2], y[at + j + 3]
@@ -127,7 +130,7 @@ def product(matrix: Any, y: Any, x: Any, gathered: Any, out: Any) -> None:
 def gmres(matrix: Any, border: Any, right: Any, relative: float, most: int) -> Any:
     """Solve by at most `most` vectors; returns the solution and whether |residual| <= relative |right|.
 
-    It gives up early where the residual has, after `TRIAL` vectors or more, not fallen at half the pace that it needs.
+    It stops early where the residual has, after `TRIAL` vectors or more, not fallen at half the necessary rate.
     """
     n_harmonic, n, n_seen = matrix.real.shape
     m, n_row = len(right), n + (2 * n_harmonic - 2) * matrix.n_full

@@ -1,4 +1,4 @@
-"""The linear reference of a balance in its modes."""
+"""Modes of the linear reference of a balance."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from reduction.array_type import Matrix, Vector
 
-#: Share of the largest modal damping below which the other entries are round-off of the modes.
+#: Size of off-diagonal modal damping, relative to the largest entry, up to which it is round-off of the modes.
 DIAGONAL = 1e-9
 
 
@@ -33,7 +33,7 @@ def compute_linear_modes(balance: HarmonicBalance) -> LinearModes:
     Raises
     ------
     BalanceError
-        Structural damping, which acts on periodic motions alone.
+        Structural damping, which is defined only for periodic motions.
     """
     if balance.system.structural_damping is not None:
         raise BalanceError(

@@ -28,7 +28,7 @@ def active_rows(active: Any) -> Any:
 
 @compiled
 def active_directions(rows: Any) -> Any:
-    """The active directions, and how many of them are active beyond the mean."""
+    """The active directions, and the number of those active beyond the mean."""
     mean = 0
     while mean < len(rows) and rows[mean, 1] == 0:
         mean += 1
@@ -77,9 +77,9 @@ def scattered(rows: Any, y: Any, d: int, nh: int) -> Any:
 
 @compiled
 def solve_if_finite(matrix: Any, right: Any) -> Any:
-    """Solution of a system, shape (m,); NaN if it has overflown, such as for a steep law far beyond its range.
+    """Solution of a system, shape (m,); NaN if its entries overflow, such as for a steep law far beyond its range.
 
-    Newton's method then ends as it does if |R| has overflown.
+    Newton's method then ends as it does if |R| overflows.
     """
     if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
         return np.full(len(right), np.nan)
@@ -91,7 +91,7 @@ def small_matrix(rows: Any, jacobian: Any, first: Any, count: Any, columns: Any,
     """I + L A on the active rows, shape (m, m); `columns` are those of A, see `hbsolve.newton`."""
     directions, n_full = active_directions(rows)
     n_harmonic, d, n = columns.shape[0], columns.shape[1], len(directions)
-    # A without the columns that are not active, real and imaginary part each contiguous; the rows in between unused.
+    # Active columns of A, real and imaginary part each contiguous; rows of other joints are not set.
     real, imag = np.empty((n_harmonic, d, n)), np.empty((n_harmonic, d, n))
     used = np.zeros(d, np.bool_)
     for c in directions:

@@ -25,8 +25,8 @@ def make_matlab_file(data: "xarray.Dataset") -> bytes:
 
     Each array is a variable of its name, with the dimensions in the order of the data set. Names along a dimension are
     a cell array, such as ``joint_name``. A pair of real and imaginary parts becomes one complex array. The struct
-    ``units`` has the unit of each variable that has one, ``dimensions`` the names of its axes, ``attributes`` what the
-    data set says of itself.
+    ``units`` holds the unit of each variable that has a unit, ``dimensions`` the names of its axes, ``attributes`` the
+    attributes of the data set.
     """
     from scipy.io import savemat
 
@@ -47,14 +47,14 @@ def make_matlab_file(data: "xarray.Dataset") -> bytes:
     attributes = {str(key): str(value) for key, value in data.attrs.items()}
     structs = {"units": units, "dimensions": axes, "attributes": attributes}
     content |= {name: struct for name, struct in structs.items() if struct}
-    stream: Any = BytesIO()  # SciPy's annotation has file names alone
+    stream: Any = BytesIO()  # SciPy's annotation has only file names
     savemat(stream, content, appendmat=False, long_field_names=True, oned_as="column", do_compression=True)
-    # SciPy writes the time here; the same result is the same file.
+    # SciPy writes the time here; it is replaced, so that equal results give equal files.
     return TITLE.ljust(_TITLE_LENGTH) + bytes(stream.getvalue())[_TITLE_LENGTH:]
 
 
 class Exported(Labelled):
-    """A result of arrays that is saved as netCDF and that MATLAB can read as well."""
+    """A result of arrays that can be saved as a netCDF or a MATLAB file."""
 
     def save(self, path: Path | str) -> None:
         """Write netCDF4 (an HDF5 file), complex arrays as two real variables.
@@ -67,7 +67,7 @@ class Exported(Labelled):
         write_netcdf(self.to_xarray(), path)
 
     def save_matlab(self, path: Path | str) -> None:
-        """Write a MATLAB file, as `make_matlab_file` describes it; one of that name is replaced in one step.
+        """Write a MATLAB file, see `make_matlab_file`; an existing file is replaced in one step.
 
         Raises
         ------

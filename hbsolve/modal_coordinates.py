@@ -2,8 +2,8 @@ r"""Coordinates in which a dynamic stiffness is diagonal plus low rank.
 
 .. math:: V^T (K - \omega^2 M + i (\omega C + H)) V = \operatorname{diag}(k - \omega^2 m + i (\omega c + h)) + U S U^T
 
-Mode shapes V are such coordinates where the damping does not couple them. Its inverse is then a division per mode, and
-what the few columns of U couple follows by Woodbury's formula: one decomposition serves all frequencies.
+Mode shapes V are such coordinates where the damping does not couple them. The inverse is then a division per mode, and
+the coupling by the few columns of U follows by Woodbury's formula: one decomposition serves all frequencies.
 """
 
 from collections.abc import Callable
@@ -23,9 +23,9 @@ from reduction.array_type import Array, Matrix, Real
 Frequencies = Float[Real, " p"]
 Amplitudes = Complex[Array, "p r"]
 
-#: Modal damping couples two modes if |c_ij| exceeds this share of sqrt(c_ii c_jj), ...
+#: Modal damping couples two modes if |c_ij| exceeds this fraction of sqrt(c_ii c_jj), ...
 COUPLED_SHARE = 1e-6
-#: ... and this share of the largest |c_ij|: the round-off of projecting a large stiffness onto soft shapes.
+#: ... and this fraction of the largest |c_ij|: the round-off of projecting a large stiffness onto soft shapes.
 ROUND_OFF = 1e-9
 #: |k - omega^2 m| of a mode that is hit exactly, over |k| + omega^2 |m|: round-off.
 RESONANCE = 1e-14
@@ -54,7 +54,7 @@ class ModalCoordinates:
     shift: float
     directions: Matrix
     strength: Matrix
-    #: The rows that were projected last, and their projection: at each frequency they are the same.
+    #: Rows of the last projection, and their projection: the rows are the same at each frequency.
     _last: tuple[Matrix, Matrix] | None = field(init=False, repr=False, default=None)
 
     def response(self, omega: Frequencies, force: Complex[Array, "... p r"]) -> Complex[Array, "... p r"]:
@@ -90,11 +90,11 @@ class ModalCoordinates:
         omega, force
             As of `response`.
         rows, directions
-            Of the displacement, shapes (n, r) and (d, r) [-].
+            Rows of the displacement, and directions of unit forces, shapes (n, r) and (d, r) [-].
 
         Returns
         -------
-        Under a unit force along each direction [m/N], and under the force [m].
+        Displacement under a unit force along each direction [m/N], and under the force [m].
 
         Raises
         ------
@@ -112,7 +112,7 @@ class ModalCoordinates:
         directions: Float[Real, "d r"],
         reaction: Callable[[Array], Array],
     ) -> Complex[Array, "... p r"]:
-        """Response to a force, and to forces that answer the motion that it alone would make [m].
+        """Response to a force and to the reactions to its motion [m].
 
         Parameters
         ----------
@@ -161,7 +161,7 @@ class ModalCoordinates:
                 for item in (receptance, -slope[:, 0] * receptance**2)
             )
             return value, rate, x, dx
-        # The matrix is symmetric, and so is its inverse: alpha (dZ / domega) alpha needs no further solution.
+        # The matrix is symmetric, and so is its inverse: alpha (dZ / domega) alpha needs no further solve.
         columns, U = self._solve_columns(omega, projected, modal_force), self.directions
         turned = columns * slope + _multiply(_multiply(columns, U) * _compute_slope(omega, self.strength), U.T)
         value = np.swapaxes(_multiply(columns, projected.T), 1, 2)
@@ -188,7 +188,7 @@ class ModalCoordinates:
     def _solve(
         self, omega: Frequencies, force: Complex[Array, "... p r"] | Float[Real, "... p r"]
     ) -> Complex[Array, "... p r"]:
-        """(V^T Z V)^-1 f of modal forces: a division per mode, and what couples them by Woodbury's formula."""
+        """(V^T Z V)^-1 f of modal forces: a division per mode, and the coupling by Woodbury's formula."""
         diagonal, U = self._diagonal(omega), self.directions
         alone = force / diagonal
         if not self.strength.size:
@@ -274,7 +274,7 @@ def _find_in_basis(matrices: list[Matrix], basis: Matrix) -> ModalCoordinates | 
 
 
 def _is_coupled(modal_damping: Matrix, diagonal: Float[Real, " r"] | None = None) -> bool:
-    """Whether modes are coupled, beside the damping of each by itself; that of the matrix by default."""
+    """Whether modal damping couples modes; `diagonal` is the damping of each mode, by default that of the matrix."""
     magnitude = np.abs(modal_damping)
     own = np.sqrt(np.abs(np.diag(magnitude) if diagonal is None else diagonal))
     allowed = np.maximum(COUPLED_SHARE * np.outer(own, own), ROUND_OFF * magnitude.max())
@@ -307,7 +307,7 @@ def _multiply(vectors: NDArray[np.inexact[Any]], matrix: Matrix) -> Array:
 def _scale_and_project(projected: Matrix, receptance: Amplitudes) -> Complex[Array, "p d d"]:
     """B V diag(receptance) V^T B^T at each frequency, shape (p, d, d).
 
-    It is symmetric. At many frequencies one product per row takes less than one per frequency.
+    It is symmetric. At many frequencies one product per row takes less time than one per frequency.
     """
     p, d = len(receptance), len(projected)
     result = np.empty((p, d, d), dtype=np.complex128)

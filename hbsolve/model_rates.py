@@ -1,7 +1,7 @@
-"""Loads and joint forces that many parameters of a model change, for one state after another.
+"""Derivatives of loads and joint forces by many parameters of a model, for one state after another.
 
-A change of the matrices is the load df_k = -(dK + i dH - (k Omega)^2 dM + i k Omega dC) q_k; the structural damping H
-has no part in the mean.
+A change of the matrices acts as the load df_k = -(dK + i dH - (k Omega)^2 dM + i k Omega dC) q_k; the structural
+damping H does not act on the mean.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,14 +35,14 @@ class MatrixParameter:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModelParameter:
-    """A number that changes matrices, loads and joints at once, at the rates given."""
+    """A number that changes matrices, loads and joints together, at given rates."""
 
     matrices: MatrixParameter = field(default_factory=MatrixParameter)
     """dM/dp, dC/dp, dK/dp, dH/dp."""
     static_load: Row | None = None
-    """Shape (r,) [N]; none for zero."""
+    """Rate of the static load, shape (r,) [N]; none for zero."""
     harmonic_force: Complex[Array, "k r"] | None = None
-    """At level 1, shape (k, r) with row 0 zero [N]; none for zero."""
+    """Rate of the harmonic force at level 1, shape (k, r) with row 0 zero [N]; none for zero."""
     joints: Mapping[tuple[str, str], float] = field(default_factory=dict)
     """Rates of the joints' parameters, by the names of joint and field."""
 
@@ -54,11 +54,11 @@ class ModelRates:
     Parameters
     ----------
     matrices
-        Rates of m matrices below each other, shape (m r, r).
+        Rates of m matrices, stacked, shape (m r, r).
     parameter, kind
         Number of the parameter and kind of each matrix as an index of `MATRICES`, shape (m,).
     static_load, harmonic_force
-        Shapes (p, r) and (p, H + 1, r) [N].
+        Rates of the loads, shapes (p, r) and (p, H + 1, r) [N].
     joints
         Rate of each parameter in the table of the joints, shape (p, n_parameter).
     """
@@ -108,7 +108,7 @@ class ModelRates:
         loads[:, 0] += self.static_load
         k = np.arange(len(q)) * state.angular_frequency
         factors = np.array([k**2, -1j * k, np.full(len(k), -1.0), -1j * (k > 0)])
-        # Real and imaginary parts below each other: half the work of a complex product.
+        # Real and imaginary parts stacked: half the work of a complex product.
         moved = np.concatenate([q.real, q.imag]) @ self.matrices.T
         moved = (moved[: len(q)] + 1j * moved[len(q) :]).reshape(len(q), len(self.kind), q.shape[1])
         np.add.at(loads, self.parameter, factors[self.kind][..., None] * moved.swapaxes(0, 1))
@@ -122,7 +122,7 @@ class ModelRates:
         balance
             Balance of the parameters.
         by_parameter
-            Of the joint forces, as in `hbsolve.aft.JointForces`.
+            Derivatives of the joint forces, as in `hbsolve.aft.JointForces`.
         """
         table = balance.table
         return np.asarray(_sum_over_joints(self.joints, by_parameter, table.direction, table.parameter))
@@ -130,7 +130,7 @@ class ModelRates:
 
 @compiled
 def _sum_over_joints(rates: Any, by_parameter: Any, direction: Any, parameter: Any) -> Any:
-    """Sum of each joint's forces by its parameters, times the rates of these, shape (p, d, nh)."""
+    """Derivatives of each joint's forces by its parameters, times their rates, summed, shape (p, d, nh)."""
     total = np.zeros((len(rates), direction[-1], by_parameter.shape[2]))
     for joint in range(len(direction) - 1):
         first, count = direction[joint], direction[joint + 1] - direction[joint]
@@ -142,5 +142,5 @@ def _sum_over_joints(rates: Any, by_parameter: Any, direction: Any, parameter: A
 
 
 def entries(values: object, what: str, shape: tuple[int, ...]) -> Real:
-    """Finite numbers of a shape; a `BalanceError` otherwise."""
+    """Return an array of finite numbers; refuse (`BalanceError`) another shape or other entries."""
     return check_finite_array(values, what, BalanceError, shape, ", over all degrees of freedom")

@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 
 def dimensions(result: Any) -> dict[str, tuple[str, ...]]:
-    """Dimensions of the arrays of a data class by field, as its annotations name them, such as "side=2 level point"."""
+    """Dimensions of the arrays of a data class by field, as named in its annotations, such as "side=2 level point"."""
     arrays = {item.name: item.type for item in fields(result) if hasattr(item.type, "dim_str")}
     return {name: tuple(item.split("=")[0] for item in kind.dim_str.split()) for name, kind in arrays.items()}
 
@@ -27,7 +27,7 @@ def write_netcdf(data: "xarray.Dataset", path: Path | str) -> None:
 
     A file that cannot be written is a `BalanceError`.
     """
-    for name, array in data.data_vars.items():  # those of the data set that was given
+    for name, array in data.data_vars.items():  # of the data set given: the loop replaces `data`
         if array.dtype.kind == "c":
             data = data.drop_vars([name]).assign({f"{name}_real": array.real, f"{name}_imag": array.imag})
         elif array.dtype.kind == "b":
@@ -39,7 +39,7 @@ def write_netcdf(data: "xarray.Dataset", path: Path | str) -> None:
 
 
 def read_netcdf(path: Path | str, what: str, read: Callable[["xarray.Dataset"], T]) -> T:
-    """Make a result of what `write_netcdf` wrote; `what` says in messages what it must be, and which method wrote it.
+    """Read a result that `write_netcdf` wrote; `what` names the result and the method that wrote it in messages.
 
     Raises
     ------
@@ -53,5 +53,5 @@ def read_netcdf(path: Path | str, what: str, read: Callable[["xarray.Dataset"], 
     try:
         with xarray.open_dataset(path, engine="h5netcdf") as data:
             return read(data)
-    except Exception as error:  # a dozen kinds, depending on which byte is damaged
+    except Exception as error:  # a dozen types, depending on the damaged byte
         raise BalanceError(f'"{path}" contains no {what} wrote') from error

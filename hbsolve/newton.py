@@ -2,18 +2,18 @@ r"""Newton's method for the balance of the joint directions, compiled as a whole
 
 .. math:: R(x) = x - x_\mathrm{lin} + A\, g(x), \qquad g = f - D x
 
-is eq. 12 in the joint directions. g differs from a constant only where a contact slips or lifts off: with those rows
-L of its Jacobian, the step solves a system of their number alone (`hbsolve.linearised`),
+is eq. 12 in the joint directions. g differs from a constant only where a contact slips or lifts off: with L these rows
+of its Jacobian, the step solves a system of only as many unknowns (`hbsolve.linearised`),
 
 .. math:: (I + L A)\, y = -L R, \qquad \Delta x = -R - A\, y ,
 
-by GMRES where they are many (`hbsolve.krylov`), and by elimination where they are few or GMRES is slow.
+by GMRES where the rows are many (`hbsolve.krylov`), and by elimination where they are few or GMRES is slow.
 
-Of A_k the code has the columns, one in each row of an array: what a unit force along one direction moves. Only those of
-the directions that slip or lift off are read.
+The columns of A_k, displacements under a unit force along one direction, are stored one per row of an array. Only those
+of the directions that slip or lift off are read.
 
-The functions are continuous with kinks. Backtracking on |R| handles those; if no shorter step decreases |R|, one is
-taken anyway, because a kink can make every short step worse while the next piece converges at once.
+R is continuous with kinks. Backtracking on |R| handles the kinks; if no shorter step decreases |R|, a step is taken
+anyway, because a kink can make every short step worse while the next piece converges at once.
 
 Continuation borders the system with one equation and one unknown, lambda::
 
@@ -39,16 +39,16 @@ from reduction.array_type import Array, Real
 
 #: Up to this many rows elimination is faster than GMRES; with more it is as fast as GMRES with rows / 3 vectors.
 DENSE, ROWS_PER_VECTOR = 150, 3
-#: |residual| of GMRES relative to the right side: from 1e-6 on Newton's method takes the steps that it would take with
-#: exact ones.
+#: |residual| of GMRES relative to the right side: from 1e-6 on Newton's method takes as many steps as with exact
+#: solutions.
 RELATIVE = 1e-8
-#: ... and relative to what Newton's method allows: its last step need not be better by more.
+#: ... and relative to the tolerance of Newton's method: the last step need not be more accurate.
 MARGIN = 0.01
 
-#: Round-off of R relative to the motions that it adds up. A joint may be 1e4 times as stiff as its reference in the
-#: linear structure (`BEYOND` over `STIFFEST` of `hbsolve.balance`), and so much larger is the round-off of its force.
+#: Round-off of R relative to the motions of which it is the sum. A joint may be 1e4 times as stiff as its reference in
+#: the linear structure (`BEYOND` over `STIFFEST` of `hbsolve.balance`), which increases the round-off of its force.
 ROUND_OFF = 1e4 * np.finfo(float).eps
-#: Share of |R| that a step leaves where it may be round-off: convergence is quadratic.
+#: |R| after a step, relative to |R| before it, above which |R| may be round-off: convergence is quadratic.
 STALLED = 0.5
 #: Size of the linear motion if no load moves the joints: round-off alone then decides whether R is zero [m].
 NO_LOAD = np.finfo(float).tiny
@@ -57,7 +57,7 @@ DECREASE, SHORTEN, SHORTEST = 1e-4, 0.4, 5e-3
 #: |R| over the tolerance below which the next step is expected to be the last, and its Jacobian not to be needed: the
 #: square root of the relative tolerance, as convergence is quadratic.
 NEARLY = 3e4
-#: A step that does not decrease |R| is taken whole up to this growth, else this share of it.
+#: Where no step decreases |R|: growth of |R| up to which the best step is taken, and the factor of the step otherwise.
 GROWTH, ESCAPE = 1.5, 0.1
 
 
@@ -69,7 +69,7 @@ class BalancePoint(NamedTuple):
     angular_frequency: float
     """Omega [rad/s]."""
     columns: Array
-    """Of A_k: in row j what a unit force along direction j moves, shape (H + 1, d, d) [m/N]."""
+    """Columns of A_k: row j has the displacements under a unit force along direction j, shape (H + 1, d, d) [m/N]."""
     arrays: BalanceArrays
     """Joints and instants."""
 
@@ -105,10 +105,11 @@ def apply_receptance(columns: Any, g: Any) -> Any:
 
 @compiled
 def imbalance(R: Any, columns: Any, x: Any, g: Any) -> float:
-    """|R| [m]; zero where it is round-off of the motion x and of what the mean of each joint force g moves.
+    """|R| [m]; zero where it is round-off of the motion x and of the motions by the mean of each joint force g.
 
-    Preloads may move the joints, or cancel, by far more than the loads do: 1e-9 of the latter is then less than numbers
-    of 16 digits resolve. Newton's method asks only where |R| no longer falls, so that a state is as good as can be.
+    Preloads may move the joints, or cancel, by far more than the loads do: 1e-9 of the motion under the loads is then
+    less than numbers of 16 digits resolve. Newton's method calls this only where |R| no longer falls, so that a state
+    is as accurate as possible.
     """
     norm: float = np.sqrt((R * R).sum())
     d = len(x)
@@ -134,7 +135,7 @@ def transposed_receptance(columns: Any, x: Any) -> Any:
 
 @compiled
 def newton_step(forces: Any, columns: Any, first: Any, count: Any, right: Any, relative: float) -> Any:
-    """Solve (I + A L) x = right to a relative residual; 0 asks for elimination."""
+    """Solve (I + A L) x = right to a relative residual; by elimination if that is 0."""
     d, nh = right.shape
     rows = active_rows(forces.active)
     if len(rows) == 0:
@@ -251,7 +252,7 @@ def newton(x: Any, point: Any, start: Any, tolerance: float, max_iteration: int)
     tolerance
         |R| of a solution [m].
     max_iteration
-        Most iterations [-].
+        Largest number of iterations [-].
     """
     x, norm, iteration, _ = newton_with_forces(x, point, start, tolerance, max_iteration)
     return x, norm, iteration

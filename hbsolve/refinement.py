@@ -1,7 +1,7 @@
-"""As many harmonics and samples as a tolerance needs: a state is found again with twice of both until it stands still.
+"""Refinement of harmonics and samples to a tolerance: a state is found again with twice of both until it is stationary.
 
-The change from one balance to the next finer one is the error of the coarser. The finer state is the result, so that
-its own error is less where errors decrease.
+The change from one balance to the next finer one is the error of the coarser. The finer state is the result; its own
+error is smaller where errors decrease.
 """
 
 from collections.abc import Callable
@@ -20,14 +20,14 @@ from hbsolve.truncation import compute_relative_change, truncation
 from reduction.array_input import check_array, check_real_number, check_whole_number
 from reduction.array_type import Array, Matrix, Real
 
-#: Highest harmonic at most, by default, over that of the coarse balance [-].
+#: Default limit of the highest harmonic, over that of the coarse balance [-].
 MOST_TIMES = 8
-#: Error over its estimate by one Newton step: more for one random state in ten (`benchmarks/truncation_estimate.py`).
+#: Error over its estimate by one Newton step: larger for one random state in ten (`benchmarks/truncation_estimate.py`).
 MARGIN = 3.0
 
 
 class RefinementStop(Enum):
-    """Why a refinement ends; the value says it and, after a colon, what to try."""
+    """Reason why a refinement ends; the value is the reason and, after a colon, advice."""
 
     TOLERANCE = "the tolerance is reached"
     MOST_HARMONICS = (
@@ -42,16 +42,16 @@ class RefinedState:
     """A steady state with the harmonics that a tolerance needs."""
 
     state: SteadyState
-    """In the harmonics of `balance`."""
+    """State in the harmonics of `balance`."""
     balance: HarmonicBalance
-    """With which it was found, at the level of the state."""
+    """Balance with which the state was found, at the level of the state."""
     change: Complex[Array, " r"]
-    """Last change of the main harmonic of all degrees of freedom, or the next one by the estimate of
-    `hbsolve.truncation` if that is more; `MARGIN` times the estimate where no finer state was found; shape (r,) [m]."""
+    """Last change of the main harmonic of all degrees of freedom, or the next change as estimated by
+    `hbsolve.truncation` if that is larger; `MARGIN` times the estimate if no finer state was found; shape (r,) [m]."""
     error: float
-    """The same relative to the amplitude, the largest of all rows and of what was watched [-]."""
+    """Largest change relative to the amplitude, over all rows and the watched number [-]."""
     stop: RefinementStop
-    """Whether the tolerance is reached, and why not."""
+    """Whether the tolerance is reached, and if not, the reason."""
 
 
 @on_one_blas_thread
@@ -65,9 +65,9 @@ def refine_harmonics(
     most: int | None = None,
     watch: Callable[[HarmonicBalance, SteadyState], tuple[float, float]] | None = None,
 ) -> RefinedState:
-    """Find a state again with twice the harmonics and samples, until that changes it by less than a tolerance.
+    """Find a state again with twice the harmonics and samples, until the change is less than a tolerance.
 
-    So must the next step by the estimate of `hbsolve.truncation`.
+    The next change as estimated by `hbsolve.truncation` must also be less.
 
     Parameters
     ----------
@@ -78,14 +78,15 @@ def refine_harmonics(
     tolerance
         Largest relative change of the main harmonic, the lowest one that the load acts at [-].
     rows
-        What is to be accurate, such as the rows of sensors, shape (n, r) [-]; by default the joint directions together.
+        Rows whose displacement is to be accurate, such as those of sensors, shape (n, r) [-]; by default the joint
+        directions together.
     least
         Amplitude below which a change is relative to this, shape (n,) [m].
     most
-        Highest harmonic at most; by default eight times that of the balance.
+        Limit of the highest harmonic; by default eight times that of the balance.
     watch
-        Further number of a state that is to be accurate, such as a contact force, and the size below which a change of
-        it is relative to this. It has no estimate of the next change.
+        Function that returns a further number of a state that is to be accurate, such as a contact force, and the size
+        below which a change of this number is relative to that size. The next change of the number is not estimated.
 
     Raises
     ------
@@ -124,7 +125,7 @@ def refine_harmonics(
             moved = abs(watched - before) / max(abs(watched), size)
             before, result = watched, replace(result, error=max(result.error, moved))
         if result.error <= limit:
-            # Resonant harmonics beyond the finer ones change more than those before: the estimate shows it.
+            # A resonant harmonic beyond those of the finer balance may change more: the estimate shows it.
             ahead = refined(truncation(coarse, state).change, RefinementStop.MOST_HARMONICS)
             result = max(result, ahead, key=lambda item: item.error)
             if result.error <= limit:
@@ -132,7 +133,7 @@ def refine_harmonics(
 
 
 def check_tolerance(tolerance: float) -> float:
-    """A relative tolerance, refused (`BalanceError`) where it is not positive."""
+    """Return a relative tolerance; refuse (`BalanceError`) one that is not positive."""
     limit = check_real_number(tolerance, "tolerance", BalanceError)
     if not limit > 0:
         raise BalanceError(f"tolerance = {limit:g} must be positive: 0.01 is 1 %")
@@ -140,7 +141,7 @@ def check_tolerance(tolerance: float) -> float:
 
 
 def check_output_rows(balance: HarmonicBalance, rows: Matrix | None) -> Matrix | None:
-    """Rows over all degrees of freedom, refused (`BalanceError`) where they have another size."""
+    """Return rows over all degrees of freedom; refuse (`BalanceError`) those of another size."""
     if rows is None:
         return None
     given = check_array(rows, "rows", BalanceError)
@@ -150,7 +151,7 @@ def check_output_rows(balance: HarmonicBalance, rows: Matrix | None) -> Matrix |
 
 
 def _find_again(finer: HarmonicBalance, state: SteadyState) -> SteadyState | None:
-    """The same state with more harmonics and samples; none where Newton's method does not find it."""
+    """The same state with more harmonics and samples; None if Newton's method does not find it."""
     x, condensed = in_harmonics_of(finer, state.motion), finer.at(state.angular_frequency)
     result = newton_from(finer, condensed, x, state.sliders)
     return from_many_starts(finer, condensed, x, state.sliders, FEW_STARTS) if result is None else result

@@ -1,6 +1,6 @@
-"""The instants of one period and the real Fourier basis on them, as the compiled code wants it.
+"""The instants of one period and the real Fourier basis on them, as arrays for compiled code.
 
-Inside the compiled code a motion is real: row d of x holds [q_0, Q_1^c, Q_1^s, Q_2^c, ...] of direction d, with
+In compiled code a motion is real: row d of x holds [q_0, Q_1^c, Q_1^s, Q_2^c, ...] of direction d, with
 q_k = Q_k^c - i Q_k^s (`hbsolve.fourier`), so nh = 2 H + 1 columns.
 """
 
@@ -18,23 +18,23 @@ class Sampling(NamedTuple):
     """Basis and weights at n equidistant instants of a period; nh = 2 H + 1."""
 
     evaluate: Real
-    """Row b of x times this is u(t): cosines and sines, shape (nh, n)."""
+    """Cosines and sines: x times this is u(t), shape (nh, n)."""
     differentiate: Real
-    """The same for du/d(Omega t), shape (nh, n)."""
+    """Their derivatives: x times this is du/d(Omega t), shape (nh, n)."""
     project: Real
-    """u(t) times this is x, shape (n, nh)."""
+    """Projection: u(t) times this is x, shape (n, nh)."""
     instants: Real
-    """`evaluate` by instant, shape (n, nh)."""
+    """Transpose of `evaluate`, shape (n, nh)."""
     projected_sum: Real
     """Running sums of `project`: a run [k, l) of instants sums to row l less row k, shape (n + 1, nh)."""
     cosine_sum: Real
     sine_sum: Real
-    """Running sums of cos(m Omega t) and sin(m Omega t), m = 0 to 2 H, shape (n + 1, nh): `add_products`."""
+    """Running sums of cos(m Omega t) and sin(m Omega t), m = 0 to 2 H, shape (n + 1, nh), for `add_products`."""
 
 
 @lru_cache(maxsize=8)
 def sampling(n_harmonic: int, n_sample: int) -> Sampling:
-    """Basis for harmonics 0 to H = n_harmonic - 1 at n_sample instants; stored, since many points share it."""
+    """Basis for harmonics 0 to H = n_harmonic - 1 at n_sample instants; cached, since many points share it."""
     angle = 2 * np.pi * np.arange(n_sample) / n_sample
     k = np.arange(1, n_harmonic)[:, None]
     evaluate = np.ones((2 * n_harmonic - 1, n_sample))
@@ -65,8 +65,8 @@ def add_sums(factor: float, sampling: Any, first: int, last: int, cosine: Any, s
 def add_products(cosine: Any, sine: Any, n: int, result: Any) -> None:
     """Add the sum of the outer products of `project` and `instants` over some instants, shape (nh, nh).
 
-    Products of sines and cosines are sums of them, so that no sum of nh x nh products is stored for each instant:
-    `cosine` and `sine` are the sums over these instants of n, maybe weighted (`add_sums`).
+    Products of sines and cosines are sums of sines and cosines, so that no sum of nh x nh products is stored for each
+    instant: `cosine` and `sine` are the sums over these of the n instants, possibly weighted (`add_sums`).
     """
     c, s = cosine / n, sine / n
     result[0, 0] += c[0]

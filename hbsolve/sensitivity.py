@@ -1,6 +1,6 @@
 r"""Derivatives of a steady state by the implicit function theorem, exact and without another solution.
 
-A change dp of a parameter changes the loads and the joint forces at fixed motion by df and dg; the motion answers with
+A change dp of a parameter changes the loads and the joint forces at fixed motion by df and dg, and the motion by
 
 .. math:: (I + A L)\, dx = B \alpha\, df - A\, dg, \qquad dq = \alpha \left( df - B^T (L\, dx + dg) \right) .
 
@@ -63,11 +63,11 @@ class LoadParameter:
     """The size of a force along a row, in one harmonic [N]."""
 
     row: Row
-    """Shape (r,) [-]."""
+    """Weights of the degrees of freedom, shape (r,) [-]."""
     harmonic: int = 1
-    """0 for a static force."""
+    """Harmonic k; 0 for a static force."""
     phase: float = 0.0
-    """Of e^{i (k Omega t + phase)} [rad]."""
+    """Phase of the force, e^{i (k Omega t + phase)} [rad]."""
 
 
 Parameter = (
@@ -153,12 +153,12 @@ class ReadingResponse(NamedTuple):
     load: Complex[Array, "n r"]
     """The reading under a unit load on each degree of freedom, with all contacts stuck, shape (n, r)."""
     reaction: Complex[Array, "n d"]
-    """... under a unit force of the joints beyond D x, at fixed motion of the joints, shape (n, d)."""
+    """The reading under a unit joint force beyond D x, at fixed motion of the joints, shape (n, d)."""
     motion: Complex[Array, "n d"]
-    """... by a unit motion of the joints, shape (n, d)."""
+    """The reading under a unit motion of the joints, shape (n, d)."""
 
     def weigh_by_harmonic(self, weights: Complex[Array, "n m"], n_harmonic: int) -> Complex[Array, "2*n harmonic m"]:
-        """Weights w of the readings' real parts Re(w q) and then of their imaginary ones Re(-i w q), by harmonic."""
+        """Weights w of the real parts Re(w q), and then of the imaginary parts Re(-i w q), of readings, by harmonic."""
         n = len(weights)
         parts = np.zeros((2, n, n_harmonic, weights.shape[1]), dtype=np.complex128)
         parts[0, np.arange(n), self.harmonic] = weights
@@ -175,10 +175,9 @@ def derivatives(
     contact: Complex[Array, "harmonic r d"],
     response: ReadingResponse,
 ) -> Complex[Array, "n p"]:
-    """Derivatives of n readings by p parameters of a model, shape (n, p): the adjoint of the equations above.
+    """Derivatives of n readings by p parameters of a model, shape (n, p), by the adjoint of the equations above.
 
-    Readings are fewer than parameters, and so are the solutions that they take: the response of a reading is found once
-    for all loads.
+    The adjoint takes one solution per reading, for all loads; there are fewer readings than parameters.
 
     Parameters
     ----------
@@ -193,7 +192,7 @@ def derivatives(
     """
     loads, g = rates.loads(state), rates.forces(balance, forces.by_parameter)
     n_harmonic, A = len(condensed.static), condensed.receptance
-    # A force of the joints moves them, too: dx = B alpha df - A dg.
+    # A joint force also moves the joints: dx = B alpha df - A dg.
     own, moving = response.reaction.copy(), response.motion.any(axis=1)
     own[moving] -= (response.motion[moving, None] @ A[response.harmonic[moving]])[:, 0]
     by_motion, by_reaction = (
@@ -226,7 +225,7 @@ def _multiply_by_harmonic(weights: Complex[Array, "n harmonic m"], matrix: Array
 def _compute_real_products(
     changes: Complex[Array, "p harmonic m"], weights: Complex[Array, "n harmonic m"]
 ) -> Float[Real, "n p"]:
-    """Re(w q), summed over harmonics and places, shape (n, p)."""
+    """Re(w q), summed over harmonics and columns, shape (n, p)."""
     size = changes[0].size if len(changes) else weights[0].size if len(weights) else 0
     q, w = changes.reshape(len(changes), size), weights.reshape(len(weights), size)
     return np.asarray(w.real @ q.real.T - w.imag @ q.imag.T)
@@ -239,7 +238,7 @@ def _compute_reaction(
     loads: Complex[Array, "p harmonic r"],
     g: Float[Real, "p d nh"],
 ) -> Complex[Array, "p harmonic d"]:
-    """Change of the joint forces beyond D x, L dx + dg: with the loads it moves the structure."""
+    """Change of the joint forces beyond D x, L dx + dg, which moves the structure together with the loads."""
     structure, dg = balance.structure, complex_from_real(g)
     first, count = balance.joint_of_direction
     rows = active_rows(forces.active)

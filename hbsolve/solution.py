@@ -18,18 +18,18 @@ from reduction.array_type import Real
 #: |R| of a solution relative to the linear motion of the directions.
 TOLERANCE = 1e-9
 MAX_ITERATION = 40
-#: Vibration of a body that drifts, over its distance, and force of the springs that centre it, over loads and mean
-#: forces of joints: next to sticking joints it is 1e-9 of theirs.
+#: A body drifts if its vibration, over its mean displacement, is below the first, and the force of the centring
+#: springs, over loads and mean joint forces, above the second: while joints stick, this force is 1e-9 of theirs.
 DISTANT = 1e-3
 DRIFT = 1e-6
-#: First step of the level in the ramp, the smallest one, and iterations in each: a state near another needs few.
+#: First and smallest step of the level in the ramp, and iterations in each: a state near the last needs few.
 FIRST_STEP, LEAST_STEP, STEP_ITERATION = 0.2, 1e-3, 15
 
 
 def newton_from(
     balance: HarmonicBalance, condensed: Condensed, x: Real, sliders: InitialSliders, recovery: Recovery | None = None
 ) -> SteadyState | None:
-    """The state that Newton's method alone finds from a motion; maybe none."""
+    """The state that Newton's method alone finds from a motion, or None."""
     linear = balance.linear(condensed)
     scale = compute_linear_size(linear)
     result, norm, count = newton_at(balance, condensed, linear, x, sliders, TOLERANCE * scale, MAX_ITERATION)
@@ -77,12 +77,12 @@ def solve_at(
 
 
 def refuse_drift(balance: HarmonicBalance, condensed: Condensed, x: Real, sliders: InitialSliders) -> None:
-    """Refuse a body that joints alone hold and that a mean force pushes on: the springs that centre it carry it.
+    """Refuse a body that is held by joints alone and whose mean force is carried by the centring springs.
 
     Raises
     ------
     NoSteadyState
-        It drifts.
+        The body drifts.
     """
     vibration = float(np.linalg.norm(x[:, 1:]))
     if not (balance.structure.is_centred and vibration < DISTANT * float(np.linalg.norm(x[:, 0]))):
@@ -109,7 +109,7 @@ def newton_at(
     tolerance: float,
     limit: int,
 ) -> tuple[Real, float, int]:
-    """Newton's method alone: motion, |R| [m] and iterations, whether it converged or not."""
+    """Newton's method alone: motion, |R| [m] and iterations, also if it did not converge."""
     point = BalancePoint(linear, condensed.angular_frequency, condensed.columns, balance.arrays)
     result: tuple[Real, float, int] = newton(np.array(x, order="C"), point, sliders, tolerance, limit)
     return result
@@ -118,7 +118,7 @@ def newton_at(
 def ramp(
     balance: HarmonicBalance, condensed: Condensed, guess: Real, sliders: InitialSliders, scale: float
 ) -> tuple[Real, float, int]:
-    """Raise the level from the static state in steps that adapt."""
+    """Raise the level from the static state in adaptive steps."""
     static = balance.linear(condensed, 0.0)
     x = static.copy()
     x[:, 0] = np.where(guess[:, 0] == 0, 0.0, static[:, 0])
@@ -153,7 +153,7 @@ def forces_at(
 
 
 def compute_linear_size(linear: Real) -> float:
-    """|x_lin| [m], to which |R| is relative; not quite zero where no load moves the joints."""
+    """|x_lin| [m], to which |R| is relative; at least `NO_LOAD`."""
     return max(float(np.linalg.norm(linear)), NO_LOAD)
 
 
@@ -179,7 +179,7 @@ def recover_state(
     iterations: int,
     recovery: Recovery | None = None,
 ) -> SteadyState:
-    """A solution with the full response recovered.
+    """The steady state of a solution, with the full response.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""One periodic response, and the motion and the sliders that another one starts from."""
+"""A steady state, and the motion and the sliders from which a solution starts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from hbsolve.sampling import real_from_complex
 from reduction.array_input import check_finite_array, check_whole_number
 from reduction.array_type import Array, Real
 
-#: Share by which two motions of one state may differ: Newton's method leaves 1e-9 of the linear motion, which a
-#: resonance or a fold nearby enlarges.
+#: Largest relative difference of two motions of one state: Newton's method leaves 1e-9 of the linear motion, which a
+#: nearby resonance or fold amplifies.
 SAME_STATE = 1e-5
 
 
@@ -48,7 +48,7 @@ class SteadyState:
 
     @property
     def sliders(self) -> InitialSliders:
-        """`initial_slider` and `multiplier` as the compiled code wants them."""
+        """`initial_slider` and `multiplier` as an argument of compiled code."""
         return InitialSliders(np.array(self.initial_slider), np.full(len(self.initial_slider), int(self.multiplier)))
 
     @property
@@ -75,7 +75,7 @@ class SteadyState:
 
 
 def is_same_motion(one: Real, other: Real) -> bool:
-    """Whether two motions of the directions, shape (d, nh), are one state that was found from two starts."""
+    """Whether two motions of the directions, shape (d, nh), are the same state."""
     return float(np.linalg.norm(one - other)) <= SAME_STATE * float(np.linalg.norm(other))
 
 
@@ -102,7 +102,7 @@ def harmonic_at(
 
 
 def check_harmonic(harmonic: int, n_harmonic: int) -> int:
-    """The number of a harmonic, refused where there is none of it."""
+    """Return the number of a harmonic; refuse (`BalanceError`) one that does not exist."""
     k = check_whole_number(harmonic, "harmonic", BalanceError)
     if not 0 <= k < n_harmonic:
         raise BalanceError(f"harmonic {k} is not between 0 and {n_harmonic - 1}: give one of these")
@@ -110,7 +110,7 @@ def check_harmonic(harmonic: int, n_harmonic: int) -> int:
 
 
 def check_state(balance: HarmonicBalance, state: SteadyState) -> None:
-    """Refuse what is no state of this balance (`BalanceError`); compiled code does not."""
+    """Refuse (`BalanceError`) an object that is not a state of this balance; compiled code does not check."""
     if not isinstance(state, SteadyState):
         raise BalanceError(f"the state is a {type(state).__name__}: give one that `steady_state` returned")
     shapes = {
@@ -130,22 +130,22 @@ def check_state(balance: HarmonicBalance, state: SteadyState) -> None:
 def make_initial_sliders(
     balance: HarmonicBalance, slider: Sequence[float] | Real | None, multiplier: bool = False
 ) -> InitialSliders:
-    """Sliders that a caller gives, checked.
+    """Check initial sliders given by a caller.
 
     Parameters
     ----------
     balance
-        The system with n_slider sliders.
+        Balance of the system.
     slider
-        Positions, one per tangent in order of joints, shape (s,) [m], or multipliers [-]; none means unstressed springs
-        at rest.
+        Positions, one per tangent in order of joints, shape (s,) [m], or multipliers [-]; zero by default, springs
+        without tension at rest.
     multiplier
-        Whether the values are shares of Coulomb's limit (eq. 11), from -1 to 1.
+        Whether the values are fractions of Coulomb's limit (eq. 11), from -1 to 1.
 
     Raises
     ------
     BalanceError
-        Another number than the system's sliders, or a multiplier beyond Coulomb's cone.
+        Another number of values than sliders, values that are not finite, or a multiplier beyond Coulomb's cone.
     """
     n = balance.n_slider
     given = np.zeros(n) if slider is None else slider
@@ -159,14 +159,14 @@ def make_initial_sliders(
 
 
 def in_harmonics_of(balance: HarmonicBalance, motion: Real) -> Real:
-    """A motion of fewer harmonics in those of a balance, the others zero, shape (d, nh) [m]."""
+    """A motion of fewer harmonics, padded with zeros to those of a balance, shape (d, nh) [m]."""
     return np.pad(motion, ((0, 0), (0, 2 * balance.n_harmonic - 1 - motion.shape[1])))
 
 
 def start_motion(balance: HarmonicBalance, start: SteadyState | Real | None) -> Real | None:
-    """The motion to start from that a caller gives; compiled code checks nothing.
+    """Check a start motion given by a caller, since compiled code checks nothing.
 
-    Another shape than the balance's, or entries that are no finite real numbers, are refused (`BalanceError`).
+    Another shape than that of the balance, or entries that are not finite real numbers, are refused (`BalanceError`).
     """
     if start is None:
         return None

@@ -1,7 +1,7 @@
-"""Steady states one after another, each with the sliders that the one before left, compiled as a whole.
+"""A sequence of steady states, each with the sliders in which the state before ended, compiled as a whole.
 
-A sweep of a test is such a sequence. What the states have in common is prepared once: the table of the joints, the
-receptances of all frequencies, and where each state starts from.
+A sweep of a test is such a sequence. Common quantities are prepared once: the table of the joints, the receptances at
+all frequencies, and the start of each state.
 """
 
 from typing import Any, NamedTuple
@@ -20,31 +20,33 @@ from reduction.array_type import Array, Real, Whole
 
 
 class StateSequence(NamedTuple):
-    """n states, each by its frequency and a guess; F frequencies, d joint directions, nh = 2 H + 1."""
+    """n states, each given by its frequency and a guess; F frequencies, d joint directions, nh = 2 H + 1."""
 
     frequency_index: Int[Whole, " n"]
     """Index of the frequency of each state, shape (n,)."""
     earlier_state: Int[Whole, " n"]
-    """Earlier state of the same frequency, which is the same if its sliders are; -1 if there is none, shape (n,)."""
+    """Index of an earlier state of the same frequency, which is the same state if its sliders are the same; -1 for
+    none, shape (n,)."""
     angular_frequency: Float[Real, " F"]
-    """Shape (F,) [rad/s]."""
+    """Omega, shape (F,) [rad/s]."""
     linear: Float[Real, "F d nh"]
     """Motion of the directions with all contacts stuck, shape (F, d, nh) [m]."""
     columns: Array
-    """Of A_k: in row j what a unit force along direction j moves, shape (F, H + 1, d, d) [m/N]."""
+    """Columns of A_k: row j has the displacements under a unit force along direction j, shape (F, H + 1, d, d) [m/N].
+    """
     guess: Float[Real, "n d nh"]
-    """Motion that each state is near; NaN where none is known, shape (n, d, nh) [m]."""
+    """Motion near each state; NaN where none is known, shape (n, d, nh) [m]."""
 
 
 class Track(NamedTuple):
-    """States that `follow` finds."""
+    """Sequence of states found by `follow`."""
 
     motion: Float[Real, "n d nh"]
-    """Shape (n, d, nh) [m]."""
+    """Motion of the joint directions, shape (n, d, nh) [m]."""
     force: Float[Real, "n d nh"]
     """Joint force beyond D x, shape (n, d, nh) [N]."""
     initial_slider: Float[Real, "n s"]
-    """Slider positions that each state begins with, shape (n, s) [m]."""
+    """Slider positions at the start of each state, shape (n, s) [m]."""
     periodic_slider: Float[Real, "n s"]
     """Slider positions at the start of the steady period, shape (n, s) [m]."""
     norm: Float[Real, " n"]
@@ -70,17 +72,17 @@ def follow(
     first_state: int, carried: bool, from_guess: bool, sequence: Any, arrays: Any, slider: Any, tolerance: float,
     max_iteration: int, track: Any,
 ) -> Any:  # fmt: skip
-    """Write the states from number `first_state` on into a track, up to one where Newton's method alone fails.
+    """Write the states from number `first_state` on into a track, up to the first where Newton's method alone fails.
 
     Parameters
     ----------
     first_state
         Number of the first state; the one before it, if any, is in the track.
     carried
-        Whether a state begins with the sliders that the one before left, and not with `slider`.
+        Whether a state begins with the sliders at the end of the state before, and not with `slider`.
     from_guess
-        Whether a state starts from its guess plus the difference of its neighbour from the neighbour's guess; else from
-        its neighbour.
+        Whether a state starts from its guess plus the difference of the state before from its guess; else it starts
+        from the state before.
     sequence
         `StateSequence` of the states.
     arrays
@@ -88,9 +90,9 @@ def follow(
     tolerance, max_iteration
         As for `hbsolve.newton.newton`; the tolerance is relative to the linear motion.
     slider
-        Slider positions that the first state begins with, shape (s,) [m].
+        Slider positions at the start of the first state, shape (s,) [m].
     track
-        Track that the results are written into.
+        Track into which the results are written.
 
     Returns
     -------
@@ -129,7 +131,7 @@ def follow(
         start = InitialSliders(value, by_multiplier)
         norm, iteration = np.inf, 0
         if from_guess and (not neighboured or track.iterations[before] == 0):
-            # Many guesses are solutions already: these need no derivatives.
+            # Many guesses are already solutions, which need no derivatives.
             forces = joint_forces(x, point.angular_frequency, arrays.table, start, arrays.sampling, FORCE)
             R = x - linear + apply_receptance(point.columns, forces.coefficients)
             norm = np.sqrt((R * R).sum())
@@ -158,7 +160,7 @@ def follow_one(
     balance, condensed
         Harmonic balance, and its structure at the frequency.
     slider
-        Slider positions that the state begins with, shape (s,) [m].
+        Slider positions at the start of the state, shape (s,) [m].
     start
         Motion of the joint directions, shape (d, nh) [m].
     max_iteration

@@ -1,8 +1,8 @@
 """A steady state at one frequency: one start, then a few, then an arc to the frequency, then many starts.
 
 If contacts slide near a resonance of the linear structure, Newton's method may cycle between the smooth pieces of the
-residual without converging. Its path depends on the start, and a share of the starts converges; along an arc of
-solutions, small steps keep it close to a solution.
+residual without converging. Its path depends on the start, and some starts converge; along an arc of solutions, small
+steps keep it close to a solution.
 """
 
 from collections.abc import Sequence
@@ -22,16 +22,18 @@ from hbsolve.solution import TOLERANCE, compute_linear_size, newton_at, recover_
 from hbsolve.state import SteadyState, make_initial_sliders, start_motion
 from reduction.array_type import Real
 
-#: Starts, iterations in each, and the seed that makes them the same every time.
+#: Number of starts, iterations in each, and the seed that makes them reproducible.
 N_START, ITERATIONS, SEED = 200, 60, 0
-#: A few of them: half of those that lead on are among these, and nearly all about a state known in fewer harmonics.
+#: Number of starts that are tried first: in half of the cases one of these converges if any does, and in nearly all
+#: cases where a state is known in fewer harmonics.
 FEW_STARTS = 16
-#: Number of joint directions up to which all starts are tried, and least number of starts beyond: an iteration costs
-#: the square of the directions.
+#: Number of joint directions up to which all starts are tried, and least number of starts with more directions: the
+#: cost of an iteration grows with the square of the directions.
 FEW_DIRECTIONS, LEAST_START = 12, 8
 #: Relative spread of a start about the motion given, and about the stuck one.
 SPREAD, STUCK_SPREAD = 0.3, 0.1
-#: Points of an arc at most, and its step in shares of the way.
+#: Largest number of points of an arc, its step relative to its length, and the first level of an arc of levels relative
+#: to the last.
 ARC_POINTS, ARC_STEP, LOW_LEVEL = 400, 0.2, 1e-2
 
 
@@ -88,7 +90,7 @@ def steady_state(
 
 
 def _rest_leads_on(balance: HarmonicBalance, condensed: Condensed, sliders: InitialSliders) -> bool:
-    """Whether there is a state where sliders that start at 0 start where the static load leaves them."""
+    """Whether a state exists with sliders at their positions under the static load in place of 0."""
     if sliders.value.any():
         return False
     try:
@@ -108,9 +110,9 @@ def solve_from_other_starts(
     sliders: InitialSliders,
     before: SteadyState | None = None,
 ) -> SteadyState | None:
-    """Solution from many starts about a motion, or along an arc from another state, if `solve_at` fails; or None.
+    """Solution from many starts about a motion, or along an arc from another state, after `solve_at` failed; or None.
 
-    A few starts take as long as an arc, and many ten times as long.
+    A few starts take as long as an arc, and many starts ten times as long.
     """
     result = from_many_starts(balance, condensed, x, sliders, FEW_STARTS)
     if result is None:
@@ -122,18 +124,18 @@ def from_many_starts(
     balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: InitialSliders, n_start: int = N_START,
     *, failed: int = 0,
 ) -> SteadyState | None:  # fmt: skip
-    """Solution from the first start that converges; None without any.
+    """Solution from the first start that converges, or None.
 
     Parameters
     ----------
     balance, condensed, sliders
-        Problem.
+        Harmonic balance, its structure at the frequency, and initial sliders.
     x
-        Motion that the starts are about; the stuck one by default.
+        Motion about which the starts vary; that with all contacts stuck by default.
     n_start
-        Number of starts, if joints have few directions [-].
+        Number of starts, if there are few joint directions [-].
     failed
-        The `n_start` of an earlier call without a solution: its starts are the first of these, and left out [-].
+        `n_start` of an earlier call without a solution: its starts are the first of these, and are skipped [-].
     """
     linear = balance.linear(condensed)
     scale = compute_linear_size(linear)

@@ -1,4 +1,4 @@
-"""Errors due to truncated harmonics and the number of samples: one Newton step of a finer balance."""
+"""Errors due to truncated harmonics and the number of samples, estimated by one Newton step of a finer balance."""
 
 from contextlib import suppress
 from dataclasses import dataclass
@@ -14,23 +14,25 @@ from hbsolve.solution import forces_at, residual
 from hbsolve.state import SteadyState, check_state, in_harmonics_of
 from reduction.array_type import Array, Matrix, Real
 
-#: Amplitude of a row, over the amplitudes that it adds up, below which it is round-off and residual [-].
+#: Amplitude of a row, over the sum of the amplitudes that it weights, below which it is round-off and residual [-].
 STILL = 1e-6
-#: If twice the samples change more than this, and harmonics less, these are judged with this factor on the samples: for
-#: friction as a steep function of the velocity, 256 samples did not show an error of 24 % [-].
+#: If twice the samples change the state by more than the first number, and by more than the harmonics do, the harmonics
+#: are estimated again with samples times the second number: for friction as a steep function of the velocity, 256
+#: samples did not show an error of 24 % [-].
 COARSE_CHANGE, FINER = 1e-3, 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Truncation:
-    """Estimated errors of the main harmonic: the lowest one that the load acts at."""
+    """Estimated errors of the main harmonic, the lowest harmonic of the load."""
 
     harmonics: float
-    """Relative change of the joint directions by harmonics H + 1 to 2 H + 1 on the same samples (more where those are
-    too few for them, or for the joints) [-]."""
+    """Relative change of the joint directions by harmonics H + 1 to 2 H + 1 on the same samples (on more samples if
+    they are too few for these harmonics, or for the joints) [-]."""
     samples: float
-    """... by twice the samples [-]. The error itself is some 4/3 of it, since the laws are of second order in the
-    distance of the samples, and up to twice as large where a contact lands between two samples and sticks at once."""
+    """Relative change of the joint directions by twice the samples [-]. The error itself is about 4/3 of it, since the
+    laws are of second order in the distance of the samples, and up to twice as large where a contact closes between two
+    samples and sticks at once."""
     change: Complex[Array, " r"]
     """Change of all degrees of freedom by both, shape (r,) [m]."""
 
@@ -38,8 +40,8 @@ class Truncation:
 def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
     """Estimate both errors of a state; zero where there are no joints.
 
-    The state is put into a balance with more harmonics, or more samples, and the first Newton step there is what the
-    finer balance would change. It is an estimate: contacts may change their state on the way.
+    The estimate is the first Newton step from the state in a balance with more harmonics, or more samples. It is not
+    exact, since contacts may change their state in further steps.
 
     Raises
     ------
@@ -62,7 +64,7 @@ def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
     by_samples, samples = estimate(at_level.with_samples(2 * balance.n_sample))
     by_harmonics, harmonics = estimate(at_level.with_harmonics(n_harmonic, n_sample))
     if samples > max(harmonics, COARSE_CHANGE):
-        # Between its samples a force may step unseen, and harmonics then seem to change nothing.
+        # A step of a force between two samples is not resolved, and harmonics then seem to change nothing.
         with suppress(BalanceError):  # where they do not fit into memory
             by_harmonics, harmonics = estimate(at_level.with_harmonics(n_harmonic, FINER * n_sample))
     return Truncation(
@@ -86,9 +88,9 @@ def compute_relative_change(
     balance
         System whose joint directions are compared, all together (n = 1), where no rows are given.
     change, coefficients
-        Of one harmonic of all degrees of freedom, shape (..., r) [m].
+        Change and coefficients of one harmonic of all degrees of freedom, shape (..., r) [m].
     rows
-        Shape (n, r) [-].
+        Rows over all degrees of freedom, shape (n, r) [-].
     least
         Amplitude below which a change is relative to this, shape (n,) [m].
     """

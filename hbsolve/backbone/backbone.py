@@ -17,16 +17,16 @@ from hbsolve.state import harmonic_at, make_initial_sliders
 from reduction.array_input import check_real_number, check_whole_number, freeze_arrays
 from reduction.array_type import Array, Real
 
-#: |R| over the motion, and |S| over the mode's own term, of a solution; Newton iterations at most.
+#: |R| over the motion, and |S| over the mode's own term, of a solution; largest number of Newton iterations.
 TOLERANCE, ITERATIONS = 1e-9, 12
-#: First, largest and smallest step in ln a, or in the relative change of the motion; points at most.
+#: First, largest and smallest step in ln a, or in the relative change of the motion; largest number of points.
 FIRST, LARGEST, LEAST, MOST_POINTS = 0.1, 0.25, 1e-6, 2000
-#: A step of so many iterations or fewer grows by GROW; one without a solution shrinks by SHRINK.
+#: A step of so many iterations or fewer grows by GROW; a step without a solution shrinks by SHRINK.
 EASY, GROW, SHRINK = 4, 1.5, 0.4
 
-#: Share of the largest entry of the damping that counts as round-off.
+#: Asymmetry of the damping, relative to its largest entry, that counts as round-off.
 ASYMMETRY = 1e-9
-#: Frequency over the highest one below which a mode is a rigid-body motion.
+#: Natural frequency over the highest one below which a mode is a rigid-body motion.
 RIGID = 1e-7
 
 Numbers = Float[Real, " p"]
@@ -39,15 +39,16 @@ class Backbone:
     amplitude: Numbers
     """a: fundamental of the linear mode, with all contacts stuck and closed, mass-normalised, shape (p,) [m kg^1/2]."""
     angular_frequency: Numbers
-    """Shape (p,) [rad/s]."""
+    """omega, shape (p,) [rad/s]."""
     damping_ratio: Numbers
-    """zeta of -2 zeta omega M, which balances what is dissipated, shape (p,) [-]."""
+    """zeta of -2 zeta omega M, which balances the dissipation, shape (p,) [-]."""
     coefficients: Complex[Array, "p harmonic r"]
     """Motion in the convention of `hbsolve.fourier`, shape (p, H + 1, r) [m]."""
     modal_mass: Numbers
-    """q_1^H M q_1, which is a^2 where the shape does not change, shape (p,) [m^2 kg]."""
+    """q_1^H M q_1, equal to a^2 where the shape does not change, shape (p,) [m^2 kg]."""
     complete: bool
-    """Whether the largest amplitude was reached; otherwise no step was short enough, or the mode turned back."""
+    """Whether the largest amplitude was reached; otherwise no step was short enough, the points were too many, or the
+    mode turned back."""
     slider: Float[Real, "p s"] = field(default_factory=lambda: np.zeros((0, 0)))
     """Sliders at the start of the period, shape (p, s) [m]."""
 
@@ -57,7 +58,7 @@ class Backbone:
 
     @property
     def frequency(self) -> Numbers:
-        """Shape (p,) [Hz]."""
+        """Frequency of the mode, shape (p,) [Hz]."""
         return np.asarray(self.angular_frequency / (2 * np.pi))
 
     def displacement(self, row: int | Float[Real, " r"], harmonic: int = 1) -> Numbers:
@@ -66,16 +67,16 @@ class Backbone:
         Raises
         ------
         BalanceError
-            A harmonic or a degree of freedom that it does not have, or a row of another size.
+            A harmonic or a degree of freedom that the backbone does not have, or a row of another size.
         """
         return np.asarray(np.abs(harmonic_at(self.coefficients, row, harmonic)))
 
     def level(self, force: Complex[Array, " r"]) -> Numbers:
         r"""Level of a force in the fundamental at which the forced response passes each point, shape (p,) [-].
 
-        At phase resonance the force works as much as the damping of the nonlinear mode takes,
-        :math:`|q_1^H f_1| = 2 \zeta \omega^2 q_1^H M q_1`. It is exact for a force in the shape of the
-        inertia where higher harmonics do no work, and near it where the mode is well apart from its neighbours.
+        At phase resonance the work of the force equals the dissipation of the nonlinear mode,
+        :math:`|q_1^H f_1| = 2 \zeta \omega^2 q_1^H M q_1`. The level is exact for a force in the shape of the inertia
+        where higher harmonics do no work, and nearly exact where the mode is well separated from its neighbours.
 
         Parameters
         ----------
@@ -115,14 +116,13 @@ def backbone(
     mode
         Number of the mode with all contacts stuck and closed, from 1 on, by frequency.
     first, last
-        Amplitudes a from the smaller to the larger [m kg^1/2]: a displacement over the shape's, which is
-        mass-normalised.
+        Smallest and largest amplitude a [m kg^1/2]: a displacement over that of the mass-normalised shape.
     step
         Largest step in ln a, or in the relative change of the motion; a quarter by default [-].
     slider
         Sliders at the first instant, shape (s,) [m]; zero by default.
     report
-        Called with the way done in ln a and the whole way.
+        Called with the range of ln a done and the whole range.
 
     Raises
     ------
@@ -165,7 +165,7 @@ class _BackboneContinuation:
         self.modal, self.sliders, self.last, self.longest = modal, sliders, last, longest
 
     def follow(self, first: float, report: Callable[[float, float], None] | None) -> list[ModalUnknowns]:
-        """Points from ln a on."""
+        """Points from ln a = `first` on."""
         here, equation = self._begin(first)
         points, step, t = [here], min(FIRST, self.longest), None
         while points[-1].log_amplitude < self.last and len(points) < MOST_POINTS and step > LEAST:
@@ -228,7 +228,7 @@ class _BackboneContinuation:
     def _tangent(
         self, at: ModalUnknowns, equation: ModalEquation, last: tuple[Real, float, float, float] | None
     ) -> tuple[Real, float, float, float]:
-        """Direction of length 1 in the motion and ln a, onward."""
+        """Tangent of length 1 in the motion and ln a, in the direction of travel."""
         border = (np.zeros_like(at.motion), 1.0) if last is None else (last[0] / self._size(at) ** 2, last[3])
         moved, change = self._step(at, equation, border, 0 * equation.residual, 0j, -1.0)
         length = float(np.hypot(np.linalg.norm(moved) / self._size(at), change[2]))
@@ -238,7 +238,7 @@ class _BackboneContinuation:
     def _correct(
         self, start: ModalUnknowns, border: tuple[Real, float]
     ) -> tuple[ModalUnknowns, ModalEquation, int] | None:
-        """Newton's method in the plane square to the border."""
+        """Newton's method in the plane perpendicular to the border."""
         at = start
         for iteration in range(ITERATIONS + 1):
             if not (at.angular_frequency > 0 and np.isfinite(at.motion).all() and np.isfinite(at.damping_ratio)):

@@ -1,18 +1,18 @@
-r"""The balance of a nonlinear mode: periodic motion that no force drives, with a damping that keeps it periodic.
+r"""The balance of a nonlinear mode: periodic motion without a harmonic force, maintained by an artificial damping.
 
-The extended periodic motion concept (EPMC) gives the structure the damping -2 zeta omega M, so that the energy that
-friction and dampers take is fed in again,
+The extended periodic motion concept (EPMC) gives the structure the damping -2 zeta omega M, which supplies the energy
+that friction and dampers dissipate,
 
 .. math:: \left( \Lambda - (k \omega)^2 + i k \omega (C_m - 2 \zeta \omega) \right) \eta_k = -\Phi^T B^T g_k
           + \delta_{k0}\, \Phi^T f_\mathrm{static} ,
 
-in the modes of the linear reference. The fundamental of the mode that is followed has the amplitude a, real, which
-sets the phase. Its own equation determines omega and zeta; all others give, for the joint directions,
+in the modes of the linear reference. The fundamental of the mode to be followed has the real amplitude a, which sets
+the phase. Its own equation determines omega and zeta; all others give, for the joint directions,
 
 .. math:: R = x - x_\mathrm{static} - a\, b + A\, g(x) = 0, \qquad S = s\, a + b_1 \cdot g_1 = 0 ,
 
-with A without this mode in the fundamental: no receptance is singular at the resonance. b is what moves with the
-amplitude, and s the mode's dynamic stiffness. Coupling by damping is eliminated in both.
+with A without this mode in the fundamental: no receptance is singular at the resonance. b is the motion of the
+directions per amplitude, and s the dynamic stiffness of the mode. Coupling by damping is eliminated in both.
 
 References
 ----------
@@ -58,18 +58,18 @@ class ModalUnknowns(NamedTuple):
 
 
 class Linear(NamedTuple):
-    """What omega and zeta determine."""
+    """Linear terms of the equations at one omega and zeta."""
 
     columns: Complex[Array, "harmonic d d"]
-    """Of A, one in each row [m/N]."""
+    """Columns of A, one in each row [m/N]."""
     by_amplitude: Complex[Array, " d"]
-    """b, which has the fundamental alone, shape (d,) [kg^-1/2]."""
+    """b, in the fundamental, shape (d,) [kg^-1/2]."""
     stiffness: complex
     """s [1/s^2]."""
 
 
 class ModalEquation(NamedTuple):
-    """R and S at a point, and what Newton's method needs of them."""
+    """R and S at a point, and their derivatives for Newton's method."""
 
     residual: Real
     """R, shape (d, nh) [m]."""
@@ -78,9 +78,9 @@ class ModalEquation(NamedTuple):
     forces: JointForces
     linear: Linear
     by: Float[Real, "3 d nh"]
-    """R by omega, zeta and ln a."""
+    """Derivatives of R by omega, zeta and ln a."""
     modal_by: Complex[Array, "3"]
-    """S, scaled, by the same."""
+    """Derivatives of the scaled S by the same."""
 
 
 class ModalBalance:
@@ -89,7 +89,7 @@ class ModalBalance:
     Parameters
     ----------
     balance
-        System and harmonics; its level does not matter.
+        System and harmonics; its level is not used.
     mode
         Number of the mode of the linear reference, from 0 on.
     """
@@ -144,7 +144,7 @@ class ModalBalance:
         return solved
 
     def modal_change(self, at: ModalUnknowns, equation: ModalEquation, moved: Real) -> complex:
-        """Change of S, scaled, by a change of the motion."""
+        """Change of the scaled S by a change of the motion."""
         first, count = self.balance.joint_of_direction
         rows = active_rows(equation.forces.active)
         if not len(rows):
@@ -187,7 +187,7 @@ class ModalBalance:
         return 1 / (at.amplitude * float(self.modes.eigenvalue[self.mode]))
 
     def fundamental(self, values: Complex[Array, " d"]) -> Real:
-        """A motion that has the fundamental alone, as real coefficients."""
+        """A motion in the fundamental alone, as real coefficients."""
         series = np.zeros((self.balance.n_harmonic, self.balance.n_direction), dtype=np.complex128)
         series[1] = values
         return real_from_complex(series)

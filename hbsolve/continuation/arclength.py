@@ -1,6 +1,6 @@
 r"""One step of pseudo-arclength continuation: the metric, the oriented tangent, the corrections.
 
-A step goes from (x, lambda) along the unit tangent t by ds and is corrected in the plane square to t,
+A step goes from (x, lambda) along the unit tangent t by ds and is corrected in the plane perpendicular to t,
 
 .. math:: R(x, \lambda) = 0, \qquad \frac{t_x \cdot \Delta x}{s_x^2} + \frac{t_\lambda \Delta \lambda}{s_\lambda^2} = ds
 
@@ -33,11 +33,11 @@ from hbsolve.newton import RELATIVE, STALLED, bordered_step, imbalance
 from hbsolve.solution import TOLERANCE, compute_linear_size
 from reduction.array_type import Real, Whole
 
-#: Corrections at most.
+#: Largest number of corrections.
 CORRECTIONS = 10
-#: The corrected point may lie this much further away than the step, unless the step is tiny (a kink).
+#: Largest distance of the corrected point over the step, and the step up to which any distance is accepted (a kink).
 STRETCH, TINY = 2.0, 1e-3
-#: A tangent nearer to the last one than this cosine has met no kink: the sign has changed at a smooth branch point.
+#: Cosine to the last tangent above which there is no kink: the sign has then changed at a smooth branch point.
 STRAIGHT_ON = 0.9999
 
 
@@ -102,7 +102,7 @@ def correct_points(
     sliders: InitialSliders,
     orientation: int,
 ) -> Iterator[Corrected]:
-    """Points at one step from (x, value): along t, then along the tangent of the piece that t leads to, past a kink."""
+    """Points at one step from (x, value): along t, then along the tangent of the smooth piece beyond a kink."""
     ahead = Direction(step * t.motion, step * t.value)
     straight_on = correct_in_plane(path, x, value, t, step, metric, sliders, ahead)
     if straight_on is not None:
@@ -127,7 +127,10 @@ def correct_in_plane(
     sliders: InitialSliders,
     ahead: Direction,
 ) -> Corrected | None:
-    """Newton's method in the plane square to t, of length 1, at one step from (x, value), from the point `ahead`."""
+    """Newton's method in the plane perpendicular to the unit tangent t, at one step from (x, value).
+
+    It begins at the distance `ahead` from (x, value).
+    """
     x_new, value_new = x + ahead.motion, value + ahead.value
     border, corner = np.ascontiguousarray(t.motion / metric.motion**2), t.value / metric.value**2
     best = np.inf

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hbsolve.balance import HarmonicBalance
 
 Numbers = Float[Real, " point"]
-#: Of a contact, in the order of `contact_share`.
+#: States of a contact, in the order of `contact_share`.
 STATES = ("stick", "slip", "separated")
 #: Fields with complex numbers.
 COMPLEX = ("coefficients", "estimated_change")
@@ -51,13 +51,13 @@ class ResponseBranch(Exported):
     angular_frequency
         Omega of each point, shape (p,) [rad/s].
     coefficients
-        In the convention of `hbsolve.fourier`, shape (p, n_harmonic, r) [m].
+        Coefficients in the convention of `hbsolve.fourier`, shape (p, n_harmonic, r) [m].
     residual_norm
         Residual of the balance, relative to the linear motion or, without joints, to the force, shape (p,) [-].
     stop_reason
-        Why the curve ends where it ends.
+        Reason why the curve ends.
     stopped_at
-        Where it ends, with the unit, if that needs to be said.
+        Lambda where it ends, with the unit; empty where it ends as requested.
     leaps
         Indices of points after a jump of the curve: it could not be followed from the point before, which differs by
         more than a step, so that the point may be on another branch.
@@ -68,18 +68,18 @@ class ResponseBranch(Exported):
     periodic_slider
         Slider positions at the start of the steady period, shape (p, s) [m].
     contact_share
-        Shares of the period in which each joint sticks, slips and is separated, shape (p, n_joint, 3) [-].
+        Fractions of the period in which each joint sticks, slips and is separated, shape (p, n_joint, 3) [-].
     joint_names
         Names of the joints, in order.
     truncation_error, sample_error
-        Estimated relative error of the main harmonic of the joint directions for the harmonics left out and for the
-        number of samples (`hbsolve.truncation`), shape (p,) [-]; empty where it was not asked for.
+        Estimated relative error of the main harmonic of the joint directions due to truncated harmonics, and due to the
+        number of samples (`hbsolve.truncation`), shape (p,) [-]; empty if not computed.
     estimated_change
         Estimated change of the main harmonic of all degrees of freedom with more harmonics and samples, shape (p, r)
-        [m]; empty where it was not asked for.
+        [m]; empty if not computed.
     highest_harmonic, n_sample
         H, and samples per period, of each point, shape (p,) [-]; coefficients beyond H are zero. By default the
-        highest of the coefficients, and the solver's choice for it.
+        highest harmonic of the coefficients, and the default number of samples for it.
     """
 
     angular_frequency: Numbers
@@ -138,7 +138,7 @@ class ResponseBranch(Exported):
         row
             A degree of freedom, or the output's row over all of them.
         harmonic
-            k.
+            Harmonic k.
         derivative
             0 for the displacement, 1 for the velocity, 2 for the acceleration.
 
@@ -154,7 +154,7 @@ class ResponseBranch(Exported):
         return np.asarray((1j * harmonic * self.angular_frequency) ** derivative * at)
 
     def amplitude(self, row: int | Float[Real, " r"], harmonic: int = 1, derivative: int = 0) -> Numbers:
-        """Amplitude of `output`, which see, shape (p,)."""
+        """Amplitude of `output`, shape (p,) [m, m/s or m/s^2]."""
         return np.asarray(np.abs(self.output(row, harmonic, derivative)))
 
     def start(self, balance: "HarmonicBalance", index: int) -> Float[Real, "d nh"]:
@@ -163,9 +163,9 @@ class ResponseBranch(Exported):
         Parameters
         ----------
         balance
-            What is to start there; it may keep other harmonics than the branch: those it has more are zero.
+            Balance that starts there; coefficients of harmonics that the branch does not have are zero.
         index
-            Of the point; negative from the end.
+            Index of the point; negative from the end.
 
         Raises
         ------
@@ -202,7 +202,7 @@ class ResponseBranch(Exported):
         balance
             Balance with which the branch was found.
         index
-            Of the point.
+            Index of the point.
         """
         q = self.coefficients[index, : int(self.highest_harmonic[index]) + 1]
         return SteadyState(
@@ -255,7 +255,7 @@ class ResponseBranch(Exported):
         outputs
             Degree of freedom, or row over all of them, of each output, by the name of its columns; none by default.
         harmonic
-            The one of which amplitude and phase are given.
+            Harmonic of which amplitude and phase are given.
 
         Raises
         ------

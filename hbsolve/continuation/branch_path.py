@@ -1,4 +1,4 @@
-"""What a finished branch was continued over: frequency, at a level that may be a power of it, or the level itself."""
+"""The path of a finished branch: over frequency, where the level may follow a power of it, or over the level."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ LEVEL_POWERS, SAME_LEVEL = (1, 2), 1e-9
 
 
 def make_path(balance: HarmonicBalance, branch: ResponseBranch) -> tuple[Path, Real]:
-    """What the branch was continued over, and its value at each point."""
+    """The path of a branch, and the value of lambda at each point."""
     frequency, level = branch.angular_frequency, branch.level
     if not len(frequency):
         raise BalanceError("the branch has no point")
@@ -33,7 +33,7 @@ def make_path(balance: HarmonicBalance, branch: ResponseBranch) -> tuple[Path, R
 
 
 def _find_level_power(frequency: Real, level: Real) -> int | None:
-    """P where the level of a branch is that of a `FrequencyPath` that varies with Omega^p; None for any other."""
+    """Power p if the level of a branch varies with Omega^p, as along a `FrequencyPath`; None for any other level."""
     if np.ptp(frequency) == 0 or np.ptp(level) == 0:
         return None
     for power in LEVEL_POWERS:

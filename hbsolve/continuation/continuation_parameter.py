@@ -1,4 +1,4 @@
-"""What a branch is continued over: the frequency, the level of the force, or a parameter of a joint."""
+"""The number over which a branch is continued: the frequency, the level of the force, or a parameter of a joint."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ class Path(ABC):
     @property
     @abstractmethod
     def unit(self) -> str:
-        """How messages show lambda."""
+        """Unit of lambda in messages."""
 
     def displayed(self, value: float) -> float:
         """Lambda in that unit."""
@@ -61,7 +61,7 @@ class Path(ABC):
         """dR/dlambda at fixed motion."""
 
     def stops(self, first: float, last: float) -> tuple[Real, Real]:
-        """Values between two others that no step may pass, ascending, and how far each may be missed; none here."""
+        """Values between two others at which a step must stop, ascending, and their tolerances; none by default."""
         del first, last
         return np.zeros(0), np.zeros(0)
 
@@ -86,10 +86,10 @@ class FrequencyPath(Path):
     Parameters
     ----------
     balance
-        Its level holds at 1 rad/s where the level varies with Omega.
+        Balance with the level, which is that at 1 rad/s if the level varies with Omega.
     level_power
-        p, where the level is that of the balance times Omega^p: 0 for forces and accelerations of a base, 1 for its
-        velocity, 2 for its displacement and for an unbalance [-].
+        Power p of Omega by which the level of the balance is multiplied: 0 for forces and accelerations of a base, 1
+        for its velocity, 2 for its displacement and for an unbalance [-].
     """
 
     level_power: int = 0
@@ -114,7 +114,7 @@ class FrequencyPath(Path):
         return np.asarray(moved + apply_receptance(condensed.columns, forces.by_frequency))
 
     def stops(self, first: float, last: float) -> tuple[Real, Real]:
-        """Where the structure with stuck joints resonates."""
+        """Resonances of the structure with stuck joints."""
         return find_resonance_frequencies(self.balance, min(first, last), max(first, last))
 
 
@@ -147,7 +147,7 @@ class JointPath(Path):
     Parameters
     ----------
     balance
-        Whose system has the joint.
+        Balance of a system with the joint.
     angular_frequency
         Omega [rad/s].
     joint, parameter
@@ -187,7 +187,7 @@ class JointPath(Path):
         table = self.balance.table
         values = table.value.copy()
         values[index] = value
-        # The reference stiffness stays: the balance is the same for any, and the structure need not be made again.
+        # The reference stiffness is kept: solutions do not depend on it, and the structure is not computed again.
         return self.balance.with_table(table._replace(value=values)), _stored(self.balance, self.angular_frequency)
 
     def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
@@ -199,7 +199,7 @@ class JointPath(Path):
 def find_joint_index(balance: HarmonicBalance, joint: str, parameter: str) -> tuple[int, int]:
     """Number of a joint, and of its parameter in the table.
 
-    Where there is no such joint or parameter the message lists those that there are (`BalanceError`).
+    The message for a joint or parameter that does not exist lists those that exist (`BalanceError`).
     """
     names = [item.name for item in balance.system.joints]
     if joint not in names:

@@ -1,4 +1,4 @@
-r"""A path over Omega on which the amplitude of a sensor is held, and the force is the answer.
+r"""A path over Omega along which the amplitude of a sensor is held and the level of the force is unknown.
 
 The sensor reads :math:`y = D \lambda - C^T g_1` in the first harmonic: D under the force at level 1, C under unit joint
 forces. With the reading held at a real y, the complex level of the force and the motion of the joint directions are
@@ -6,9 +6,9 @@ forces. With the reading held at a real y, the complex level of the force and th
 .. math:: \lambda = \frac{y + C^T g_1}{D}, \qquad
           x_1 = \frac{d}{D}\, y - \left(A_1 - \frac{d\, C^T}{D}\right) g_1
 
-where d is what the force at level 1 moves. All other harmonics stay. This is the balance of the joint directions with
-another linear motion and another receptance, so that Newton's method and the arc are those of any branch. A shift of
-time by the phase of lambda turns its states into states under the force of the case.
+where d is the displacement of the directions under the force at level 1. All other harmonics are unchanged. This is the
+balance of the joint directions with another linear motion and another receptance, so that Newton's method and the arc
+are those of any branch. A shift of time by the phase of lambda converts its states into states under the given force.
 
 References
 ----------
@@ -35,20 +35,20 @@ from reduction.array_input import check_finite_number, check_whole_number
 from reduction.array_type import Array, Real, Vector
 from reduction.base_excitation import BaseExcitation
 
-#: A sensor that the force moves by less than this share of what it moves elsewhere is not moved: round-off.
+#: Reading under the force, relative to the displacement of the structure, up to which it is round-off.
 UNMOVED = 1e-10
 
 
 class Reading(NamedTuple):
-    """What a sensor reads in harmonic 1 at one Omega, as a displacement."""
+    """Reading of a sensor in harmonic 1 at one Omega, as a displacement."""
 
     driven: complex
-    """D, under the force at level 1 [m]."""
+    """D, the reading under the force at level 1 [m]."""
     receptance: Complex[Array, " d"]
-    """C, under a unit force along each joint direction, shape (d,) [m/N]."""
+    """C, the reading under a unit force along each joint direction, shape (d,) [m/N]."""
 
     def level(self, held: float, g: Real) -> complex:
-        """Level of the force that the reading needs beside the joint forces g, shape (d, nh) [-]."""
+        """Level of the force that holds the reading with the joint forces g, shape (d, nh) [-]."""
         return complex((held + self.receptance @ complex_from_real(g)[1]) / self.driven)
 
 
@@ -59,22 +59,22 @@ class ControlledAmplitude(Path):
     Parameters
     ----------
     balance
-        Its force acts in harmonic 1 alone; its level does not matter.
+        Balance whose force acts in harmonic 1 alone; its level is not used.
     row
-        The sensor, a degree of freedom or a row over all of them, shape (r,) [-].
+        Sensor, a degree of freedom or a row over all of them, shape (r,) [-].
     amplitude
-        Of the first harmonic of its reading [m, m/s or m/s^2].
+        Amplitude of the first harmonic of its reading [m, m/s or m/s^2].
     derivative
         Whether it reads the displacement (0), the velocity (1) or the acceleration (2).
     base
-        Motion of the base that is the force, where the sensor reads the absolute motion; by default it reads that
-        relative to the base, or there is none.
+        Motion of the base that excites the system, if the sensor reads the absolute motion; by default the sensor reads
+        the motion relative to the base, or the base does not move.
 
     Raises
     ------
     BalanceError
         A row of another size, of zeros, or that the force does not move; an amplitude that is not positive; another
-        derivative; a force in another harmonic than the first, or none; a base that is not the force.
+        derivative; a force in another harmonic than the first, or no force; a base motion with another force.
     """
 
     row: int | Vector
@@ -112,14 +112,14 @@ class ControlledAmplitude(Path):
         return value / (2 * np.pi)
 
     def held(self, value: float) -> float:
-        """Amplitude that is held at Omega, as a displacement [m]."""
+        """Amplitude to be held at Omega, as a displacement [m]."""
         return float(self.amplitude / value**self.derivative)
 
     def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
         """See `Path`; the linear structure is that of the held reading.
 
-        Its states have the motion of the joint directions alone: `reading` gives the force, and `ordinary` the
-        structure of the full motion.
+        Only the motion of the joint directions is correct in its states: `ordinary` gives the reading, from which the
+        level of the force follows, and the structure under the given force.
         """
         seen = self._structure.at_with_slopes(check_frequency(value))
         assert seen.slopes is not None
@@ -127,7 +127,7 @@ class ControlledAmplitude(Path):
         if reading.driven == 0:
             raise BalanceError(self._unmoved(value))
         slope, by_own = self._split(seen._replace(columns=seen.slopes.columns, dynamic=seen.slopes.dynamic))
-        # The motion of the base falls with the square of Omega, and is no slope of the structure.
+        # The displacement of the base falls with the square of Omega, which is not in the slope of the structure.
         by_driven = slope.driven - (1 + 2 / value) * self._carried(value)
         y = self.held(value)
         share = own.dynamic[1] / reading.driven
@@ -142,13 +142,13 @@ class ControlledAmplitude(Path):
         return self._unit_balance, held
 
     def reading_of(self, state: SteadyState) -> complex:
-        """Complex amplitude of what the sensor reads in a state [m, m/s or m/s^2]."""
+        """Complex amplitude of the reading in a state [m, m/s or m/s^2]."""
         omega = state.angular_frequency
         moved = state.coefficients[1] @ self.row + state.level * self._carried(omega)
         return complex((1j * omega) ** self.derivative * moved)
 
     def ordinary(self, value: float) -> tuple[Reading, Condensed]:
-        """The reading, and the linear structure under the force of the case."""
+        """The reading, and the linear structure under the given force."""
         return self._split(self._structure.at(value))
 
     def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
@@ -203,7 +203,7 @@ class ControlledAmplitude(Path):
 
 
 def _make_sensor_row(row: int | Vector, n_dof: int) -> Real:
-    """The row of a sensor over all degrees of freedom, each of which reads itself."""
+    """Row over all degrees of freedom of a sensor that is given as a row or as one degree of freedom."""
     weights = harmonic_at(np.eye(n_dof, dtype=np.complex128)[:, None], row, 0).real
     if not weights.any():
         raise BalanceError("the row is zero, so there is no amplitude to control: give a nonzero row")
@@ -211,7 +211,7 @@ def _make_sensor_row(row: int | Vector, n_dof: int) -> Real:
 
 
 def _is_force(base: BaseExcitation, dynamic: Array) -> bool:
-    """Whether a base is what excites a balance, whose force acts in harmonic 1 alone."""
+    """Whether the force of a balance, which acts in harmonic 1 alone, is that of a moving base."""
     force = base.force
     fits = len(force) > 1 and force.shape[1] == dynamic.shape[1] and not force[2:].any()
     return fits and np.allclose(force[1], dynamic[1], rtol=1e-9, atol=0.0)

@@ -1,9 +1,9 @@
 """The force that holds the amplitude of a sensor over frequency, as a response-controlled test measures it.
 
-Under a given force a resonance with a joint has folds and several states; with the amplitude held there is one state as
-a rule, and the curve over frequency passes through without a turn. Its states are found in the phase in which the
-reading is real (`hbsolve.continuation.controlled_amplitude`). A shift of time gives each the phase of the force of the
-case; as joints are sampled at other instants then, Newton's method with the level as a further unknown corrects it.
+Under a given force a resonance with a joint has folds and several states; with the amplitude held there is usually one
+state, and the curve over frequency has no folds. Its states are found in the phase in which the reading is real
+(`hbsolve.continuation.controlled_amplitude`). A shift of time gives each state the phase of the given force. The joints
+are then sampled at other instants, for which Newton's method with the level as a further unknown corrects the state.
 """
 
 from collections.abc import Callable
@@ -28,7 +28,7 @@ from hbsolve.steady_state import from_many_starts
 from reduction.array_type import Real, Vector
 from reduction.base_excitation import BaseExcitation
 
-#: Corrections after the shift of time at most, the factor of a shortened one, and the shortest.
+#: Largest number of corrections after the shift of time, factor of a shortened correction, and the shortest one.
 CORRECTIONS, SHORTEN, SHORTEST = 30, 0.5, 1e-2
 
 
@@ -46,31 +46,32 @@ def controlled_response(
     slider: Real | None = None,
     report: Callable[[float, float], None] | None = None,
 ) -> ResponseBranch:
-    """Response over frequency with the amplitude of a sensor held; the level of each point is that which holds it.
+    """Response over frequency with the amplitude of a sensor held, and the level that holds it at each point.
 
     Each point is a steady state of `balance.at_level(level)`, from which `steady_state` can start.
 
     Parameters
     ----------
     balance
-        The system and its harmonics. Its force acts in harmonic 1 alone; its level does not matter.
+        System and its harmonics. Its force acts in harmonic 1 alone; its level is not used.
     row
-        The sensor, a degree of freedom or a row over all of them, shape (r,) [-].
+        Sensor, a degree of freedom or a row over all of them, shape (r,) [-].
     amplitude
-        Of the first harmonic of its reading [m, m/s or m/s^2].
+        Amplitude of the first harmonic of its reading [m, m/s or m/s^2].
     first, last
         Range of Omega, in either order [rad/s].
     derivative
         Whether it reads the displacement (0), the velocity (1) or the acceleration (2).
     base
-        Motion of the base that excites the system, where the sensor reads the absolute motion; by default it reads that
-        relative to the base, or there is none. The level contains Omega^p of the quantity of the base.
+        Motion of the base that excites the system, if the sensor reads the absolute motion; by default the sensor reads
+        the motion relative to the base, or the base does not move. The level contains Omega^p of the quantity of the
+        base.
     step
         Largest step [rad/s]; a fiftieth of the range by default.
     slider
         Initial slider positions, shape (s,) [m]; zero by default.
     report
-        Called with the way done and the whole way.
+        Called with the range done and the whole range.
 
     Raises
     ------
@@ -91,7 +92,7 @@ def controlled_response(
 def make_controlled_continuation(
     path: ControlledAmplitude, first: float, last: float, step: float | None = None
 ) -> Continuation:
-    """The branch of a path between two frequencies, at both of which the force moves the sensor (`BalanceError`)."""
+    """The branch of a path between two frequencies; refused (`BalanceError`) if the force does not move the sensor."""
     continuation = Continuation(path=path, first=first, last=last, step=step)
     for end in (continuation.first, continuation.last):
         path.refuse_unmoved(end)
@@ -103,8 +104,8 @@ def begin_controlled(
 ) -> tuple[list[tuple[float, SteadyState]], ContinuationState]:
     """The first point of a branch under control.
 
-    Newton's method begins at a motion of the directions, shape (d, nh), or where all contacts stick, then along a ramp
-    of the amplitude and from many starts; where all of these fail there is a `NoSteadyState`.
+    Newton's method begins at a motion of the directions, shape (d, nh), or with all contacts stuck, then along a ramp
+    of the amplitude and from many starts; if all of these fail, a `NoSteadyState` is raised.
     """
     balance, condensed = continuation.path.at(continuation.first)
     try:
@@ -121,20 +122,20 @@ def begin_controlled(
 def state_under_force(
     path: ControlledAmplitude, value: float, motion: Real, sliders: InitialSliders, iterations: int
 ) -> SteadyState:
-    """The steady state under the force of the case whose motion, in the phase of the reading, is given.
+    """The steady state under the given force, from its motion in the phase of the reading.
 
     Parameters
     ----------
     path
-        What is held.
+        Path with the held amplitude.
     value
         Omega [rad/s].
     motion
-        Of the joint directions, shape (d, nh) [m].
+        Motion of the joint directions, shape (d, nh) [m].
     sliders
         Sliders at the first instant.
     iterations
-        Those that led to the motion.
+        Number of iterations that led to the motion.
 
     Raises
     ------
@@ -160,7 +161,7 @@ def state_under_force(
 
 
 class _Trial:
-    """A motion and a level of the force, and how far they are from balance and from the amplitude that is held."""
+    """A motion and a level of the force, and their errors in the balance and in the held amplitude."""
 
     def __init__(
         self,
@@ -183,7 +184,7 @@ class _Trial:
         self.norm = max(self.unbalance, abs(abs(self.read) / self.held - 1))
 
     def corrected(self) -> "_Trial":
-        """After one step of Newton's method, shortened where it leads further away."""
+        """Trial after one step of Newton's method, shortened if the error grows."""
         dx, by_level = self._step()
         share, best = 1.0, self._at(dx, by_level)
         while best.norm >= self.norm and share > SHORTEST:

@@ -1,14 +1,14 @@
-"""Detached curves: isolas and others that a curve over frequency at one level does not pass.
+"""Detached curves: isolas and other curves over frequency that are not connected with a given one at its level.
 
 At several frequencies the state is followed over the level, round its folds. Where this arc passes the level of the
-curve there is a state, and one that lies on no curve so far begins a curve of its own, followed both ways until it
-closes (an isola) or leaves the range. An isola is born at a level below and merges with the main curve at one above;
-between them the arc is what connects the two.
+curve there is a state. If it lies on no known curve, it begins a new curve, which is followed both ways until it closes
+(an isola) or leaves the range. An isola is born at a lower level and merges with the main curve at a higher one; the
+arc over the level connects the two.
 
-The arcs begin at frequencies of the range, at the peaks of the curve, and, where an arc turns back to levels only
-above that of the curve, at the frequency between where it turns back lowest. An isola that no arc of these frequencies
-reaches is not found: one that does not merge with the main curve up to the highest level of the arcs, or one narrower
-than the distance of the frequencies whose arcs have no folds beside it.
+The arcs begin at frequencies of the range, at the peaks of the curve, and, where the folds of an arc miss the level of
+the curve by little, at frequencies beside it, towards the least miss. An isola that no arc reaches is not found: one
+that does not merge with the main curve up to the highest level of the arcs, or one narrower than the distance of the
+frequencies whose arcs have no folds beside it.
 
 References
 ----------
@@ -38,24 +38,24 @@ from reduction.array_type import Real
 
 #: Number of frequencies of the range, and of peaks of the curve, from which arcs begin.
 N_FREQUENCY, N_PEAK = 9, 3
-#: Folds that miss the level by more than this share of it are too far from it [-].
+#: Largest miss of the level by a fold, relative to the level, for which a smaller miss is sought [-].
 MOST_MISSED = 0.5
-#: Frequencies at most about which a fold that misses the level by less is looked for, and halvings of their distance.
+#: Largest number of frequencies about which a fold with a smaller miss is sought, and of halvings of their distance.
 MOST_REFINED, N_HALVED = 2, 3
-#: A fold is looked for if a parabola promises a smaller miss than this share of the present one [-].
+#: Miss predicted by a parabola, relative to the present one, up to which a fold is sought [-].
 WORTHWHILE = 0.5
 #: Largest number of points of all arcs, per point of the curve and at least, beyond which no further arc begins: the
 #: search takes no longer than a few curves.
 POINTS, LEAST_POINTS = 2, 300
-#: Detached curves at most, so that a curve that ended early is not completed from everywhere.
+#: Largest number of detached curves, so that a curve that ended early is not completed from everywhere.
 MOST_CURVES = 6
-#: Points of a curve that are looked for on another one.
+#: Number of points of a curve that are compared with another one.
 N_COMPARED = 5
 
 
 @dataclass(frozen=True)
 class Bracket:
-    """A frequency whose nearest fold misses the level by less than at the two beside it."""
+    """A frequency at which the nearest fold misses the level by less than at the two neighbouring frequencies."""
 
     missed: float
     lower: float
@@ -82,9 +82,9 @@ def detached_curves(
     balance, first, last, step, level_power, slider
         As for `frequency_response`, which found the branch.
     branch
-        Curve beside which others are looked for.
+        Curve beside which others are sought.
     report
-        Called with the number of arcs that are done and of all.
+        Called with the number of arcs done and of all arcs.
     """
     search = _Search(balance, first, last, step, level_power, slider)
     if not balance.level or not balance.n_direction or len(branch.angular_frequency) < 2:
@@ -104,7 +104,7 @@ def detached_curves(
 
 
 class _Search:
-    """Curves that are known, and the range in which others are looked for."""
+    """Known curves, and the range in which others are sought."""
 
     def __init__(
         self,
@@ -125,11 +125,11 @@ class _Search:
 
     @property
     def may_go_on(self) -> bool:
-        """Whether the arcs have fewer points than the curve allows them."""
+        """Whether the number of points of the arcs is below its limit."""
         return self.n_point < max(LEAST_POINTS, POINTS * len(self.curves[0].angular_frequency))
 
     def frequencies(self) -> list[float]:
-        """Where arcs begin, peaks first [rad/s]."""
+        """Frequencies at which arcs begin, peaks first [rad/s]."""
         first, last = self.upward.first, self.upward.last
         edge = (last - first) / (2 * N_FREQUENCY)
         evenly = np.linspace(first + edge, last - edge, N_FREQUENCY)
@@ -137,7 +137,7 @@ class _Search:
         return [*peaks, *(item for item in evenly.tolist() if all(abs(item - peak) > edge for peak in peaks))]
 
     def along_level(self, angular_frequency: float) -> LevelArc:
-        """The arc at one frequency, whose states begin curves where they lie on none."""
+        """The arc at one frequency; those of its states that lie on no known curve begin new ones."""
         balance, _ = self.upward.path.at(angular_frequency)
         arc = follow_level(balance, angular_frequency, self.sliders)
         self.n_point += arc.n_point
@@ -149,7 +149,7 @@ class _Search:
         return arc
 
     def refine(self, bracket: Bracket) -> None:
-        """Arcs at frequencies about one, towards that at which a fold misses the level by least."""
+        """Follow arcs at frequencies about a bracket's, towards the least miss of the level by a fold."""
         lower, middle, upper = bracket.lower, bracket.middle, bracket.upper
         missed = bracket.missed
         for _ in range(N_HALVED):
@@ -165,7 +165,7 @@ class _Search:
             missed, middle = best
 
     def lies_on(self, state: SteadyState, curve: ResponseBranch) -> bool:
-        """Whether a state is one of those of a curve at its frequency."""
+        """Whether a state is one of the states of a curve at its frequency."""
         size = float(np.linalg.norm(state.motion)) or 1.0
         balance, condensed = self.upward.path.at(state.angular_frequency)
         for start, length in _list_passes(curve, balance, state.angular_frequency):
@@ -177,7 +177,7 @@ class _Search:
         return False
 
     def curve_through(self, state: SteadyState) -> ResponseBranch | None:
-        """The curve over frequency on which a state lies; none if it cannot be followed."""
+        """The curve over frequency on which a state lies; None if it cannot be followed."""
         points, reason = self._follow(self.upward, state)
         if reason is not StopReason.ISOLA:
             before, other = self._follow(self.downward, state)
@@ -192,14 +192,14 @@ class _Search:
         """Points from a state to where its curve closes, or leaves the range at either end."""
         points, reason = self._one_way(continuation, state)
         if reason is StopReason.TURNED_BACK:
-            # It left the range where it would have begun: the last step goes to that end.
+            # It left the range at the end where the branch would begin: the last step goes to that end.
             other = self.downward if continuation is self.upward else self.upward
             rest, reason = self._one_way(other, points[-1])
             points += rest[1:]
         return points, reason
 
     def _one_way(self, continuation: Continuation, state: SteadyState) -> tuple[list[SteadyState], StopReason]:
-        """Points from a state on, and why there are no more."""
+        """Points from a state on, and the reason why they end."""
         at = _set_out(continuation, state, self.sliders)
         mark = at.mark
         points = [state]
@@ -209,14 +209,14 @@ class _Search:
                 return points, StopReason.FAILED
             if point is not None:
                 points.append(point)
-            # Keep the mark: follow the curve round once, not until it meets a moving mark.
+            # Keep the mark, so that the curve is followed round once and not until it meets a moving mark.
             at = replace(at, mark=mark)
         if at.stop_reason is StopReason.CLOSED:
             return [*points, state], StopReason.ISOLA
         return points, at.stop_reason
 
     def _is_same(self, curve: ResponseBranch, other: ResponseBranch) -> bool:
-        """Whether a curve is another one: a state beside a fold may be missed on it."""
+        """Whether two curves are the same: most of the points agree, since a state beside a fold may be missed."""
         count = len(curve.angular_frequency)
         chosen = np.unique(np.linspace(0, count - 1, N_COMPARED + 2).astype(int)[1:-1]).tolist()
         shared = 0
@@ -228,7 +228,7 @@ class _Search:
 
 
 def _set_out(continuation: Continuation, state: SteadyState, sliders: InitialSliders) -> ContinuationState:
-    """Where a curve begins at a state inside the range, and a mark there."""
+    """State of a continuation that begins at a steady state inside the range, with its mark there."""
     motion, value = state.motion, state.angular_frequency
     at = continuation.state_at(motion, sliders)
     size = float(np.linalg.norm(motion[:, 1:])) or 1.0
@@ -241,7 +241,7 @@ def _set_out(continuation: Continuation, state: SteadyState, sliders: InitialSli
 def _list_passes(
     curve: ResponseBranch, balance: HarmonicBalance, angular_frequency: float
 ) -> Iterator[tuple[Real, float]]:
-    """Motions near which a curve passes a frequency, and the length of the step between its points there."""
+    """Motions near which a curve passes a frequency, and the distance between the two points beside each."""
     omega = curve.angular_frequency
     for index in np.flatnonzero((omega[:-1] - angular_frequency) * (omega[1:] - angular_frequency) <= 0).tolist():
         before, after = curve.start(balance, index), curve.start(balance, index + 1)
@@ -251,7 +251,7 @@ def _list_passes(
 
 
 def _find_peaks(curve: ResponseBranch) -> list[float]:
-    """Frequencies of the highest local maxima of the vibration, of the whole structure, between points."""
+    """Frequencies of the highest local maxima of the vibration of the whole structure, between points."""
     size = np.linalg.norm(curve.coefficients[:, 1:], axis=(1, 2))
     inner = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
     highest = inner[np.argsort(-size[inner], kind="stable")][:N_PEAK]
@@ -259,7 +259,7 @@ def _find_peaks(curve: ResponseBranch) -> list[float]:
 
 
 def _find_vertex(omega: Real, size: Real) -> float:
-    """Where three points have their peak; the middle one where it does not lie between the others."""
+    """Frequency of the peak of three points; that of the middle one if they do not enclose a peak."""
     try:
         return interpolated_peak(omega, size).angular_frequency
     except NoPeakError:
@@ -267,7 +267,7 @@ def _find_vertex(omega: Real, size: Real) -> float:
 
 
 def _find_lowest(missed: dict[float, float]) -> float:
-    """Least value of the parabola through three; 0 where one is not known."""
+    """Least value of the parabola through three misses; 0 where one is not known."""
     first, middle, last = sorted(missed)
     before, after = missed[first] - missed[middle], missed[last] - missed[middle]
     if not np.isfinite([before, after]).all():
@@ -279,7 +279,7 @@ def _find_lowest(missed: dict[float, float]) -> float:
 
 
 def _find_brackets(frequencies: Sequence[float], arcs: Sequence[LevelArc]) -> list[Bracket]:
-    """Where a fold misses the level by little, and by less than at the frequencies beside; the ends have no arcs."""
+    """Frequencies at which a fold misses the level by little, and by less than beside; the ends have no arcs."""
     missed = [np.inf, *(arc.missed for arc in arcs), np.inf]
     result = [
         Bracket(missed[index], *frequencies[index - 1 : index + 2])

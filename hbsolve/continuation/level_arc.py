@@ -17,14 +17,15 @@ from hbsolve.solution import newton_from, solve_at
 from hbsolve.state import SteadyState
 from reduction.array_type import Real
 
-#: First and last level of the arc and its largest step, in shares of the level of the balance; and points at most.
+#: First and last level of the arc and its largest step, relative to the level of the balance; largest number of points.
 FIRST, LAST, STEP, MOST_POINTS = 0.3, 10.0, 2.0, 100
 #: Largest and first relative change of the motion in a step: the arc only serves to find states and is not shown.
 LARGEST, SET_OUT = 0.4, 0.2
-#: That share where the arc turns near the wanted level, and how near, in shares of the level.
+#: Largest relative change of the motion in a step where the arc turns near the wanted level, and the distance that
+#: counts as near, relative to the level.
 FINE, CLOSE = 0.06, 0.6
-#: A state this near to the straight way between two points, in shares of the way, belongs to it without further ado;
-#: the accuracy of the place on the way at which the arc passes the level where that is not so.
+#: Distance of a state from the line between two points, relative to its length, up to which the state lies on the arc;
+#: for other states, accuracy of the place on the line at which the arc passes the level.
 NEAR, LOCATED = 0.2, 1e-3
 
 
@@ -39,16 +40,16 @@ class LevelArc:
     highest: tuple[float, ...]
     """Levels at which the arc turns from rising to falling sizes of the level [-]."""
     lowest: tuple[float, ...]
-    """Levels at which it turns back [-]."""
+    """Levels at which it turns back from falling to rising sizes [-]."""
     n_point: int
-    """Points of the arc [-]."""
+    """Number of points of the arc [-]."""
 
     @property
     def missed(self) -> float:
-        """By how much of the level the nearest fold misses it, so that two more states are missed; inf without folds.
+        """Distance of the nearest fold that misses the level, relative to the level; inf if there is none.
 
-        Between a fold at a highest level below that of the balance and the fold before or after it at a lowest one lie
-        three states, and as many beside a lowest one above it.
+        Between a fold at a highest level and the fold before or after it at a lowest level there are three states. If
+        both are below or both above the level of the balance, two of them are missed.
         """
         above = [item / self.level - 1 for item in self.lowest]
         below = [1 - item / self.level for item in self.highest]
@@ -56,7 +57,7 @@ class LevelArc:
 
 
 def follow_level(balance: HarmonicBalance, angular_frequency: float, sliders: InitialSliders) -> LevelArc:
-    """Follow the response over the level, from a low one to well beyond that of the balance.
+    """Follow the response over the level, from a low level to well beyond that of the balance.
 
     Parameters
     ----------
@@ -84,7 +85,7 @@ def follow_level(balance: HarmonicBalance, angular_frequency: float, sliders: In
             near, turn = _turn(path, balance.level, points[-3:], sliders)
             states += near
             turns.append(turn)
-    # The first turn ends a rise, as the arc begins with one; then they alternate.
+    # The first turn ends a rise, since the arc begins with one; then the turns alternate.
     return LevelArc(
         level=balance.level, states=tuple(states), highest=tuple(turns[::2]), lowest=tuple(turns[1::2]),
         n_point=len(points),
@@ -92,7 +93,7 @@ def follow_level(balance: HarmonicBalance, angular_frequency: float, sliders: In
 
 
 def _make_arc(path: LevelPath, level: float, largest: float) -> Continuation:
-    # The scale of the level, step / largest, is the same for all.
+    # The scale of the level, step / largest, is the same for all arcs.
     return Continuation(
         path=path, first=FIRST * level, last=LAST * level, step=STEP * abs(level) * largest / LARGEST,
         most_points=MOST_POINTS, largest=largest,
@@ -111,7 +112,7 @@ def _turn(
     Long steps may pass over a turn that reaches the wanted level; a turn close to it is followed with short steps.
     """
     coarse = _find_vertex(*points)
-    # Sizes of the level count: a force against the direction of the load has a negative one.
+    # Sizes of the level are compared; that of a force against the direction of the load is negative.
     turned = points[1].value / level
     is_lowest = turned < points[0].value / level
     outside = turned > 1 if is_lowest else turned < 1
@@ -135,7 +136,7 @@ def _compute_distance(first: ContinuationState, last: ContinuationState) -> floa
 def _find_passed(
     path: LevelPath, level: float, before: ContinuationState, after: ContinuationState, sliders: InitialSliders
 ) -> list[SteadyState]:
-    """The state at a level that lies between two points of an arc; none if there is none, or it is not found."""
+    """The state at a level between two points of an arc; empty if there is none, or it is not found."""
     if (before.value - level) * (after.value - level) > 0 or before.value == after.value:
         return []
     balance, condensed = path.at(level)
@@ -144,7 +145,7 @@ def _find_passed(
     start = before.motion + (level - before.value) / (after.value - before.value) * change
     result = newton_from(balance, condensed, start, sliders)
     if result is None or np.linalg.norm(result.motion - start) > NEAR * length:
-        # Beside a fold the way is bent: along it, at a distance that grows from one point to the other.
+        # Beside a fold the arc is bent: follow it at growing distances from the first point.
         result = newton_from(balance, condensed, _find_motion_along(path, level, before, after, sliders), sliders)
     if result is None or np.linalg.norm(result.motion - start) > length:
         return []
@@ -171,7 +172,7 @@ def _find_motion_along(
         motion = result.motion
         return result.value - level
 
-    # Where the way cannot be followed, or has left the level, the nearest motion serves.
+    # Where the arc cannot be followed, or does not pass the level, the last motion is returned.
     with suppress(NoSteadyState, ValueError):
         brentq(beyond, 0.0, 1.0, xtol=LOCATED)
     return motion

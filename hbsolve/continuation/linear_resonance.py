@@ -1,12 +1,12 @@
-r"""Frequencies that a curve must not step over: where the structure resonates with its joints stuck.
+r"""Frequencies at which a curve must stop: resonances of the structure with stuck joints.
 
-The steps of a continuation are measured by the motion of the joints. A mode that they hardly feel resonates without
-changing this motion, and a step may pass it by. Its phase turns by 180 degrees across the resonance, at
+The steps of a continuation are measured by the motion of the joints. A mode in which the joints hardly move resonates
+without changing this motion, and a step may miss it. Its phase turns by 180 degrees across the resonance, at
 
 .. math:: \Omega = \omega_j (1 - \zeta_j \cot \theta) / k
 
-by the angle theta, of a load in harmonic k. A curve stops at each of a few angles of every mode that some degree of
-freedom would show.
+by the angle theta, of a load in harmonic k. A curve stops at each of a few angles of every mode that is visible in some
+degree of freedom.
 """
 
 import numpy as np
@@ -18,9 +18,9 @@ from reduction.jointed_system import modal_damping
 
 #: Angles at which a curve stops, the resonance in their middle [rad].
 ANGLES = np.pi / 12 * np.arange(1, 12)
-#: A mode shows if its peak adds this share to the response of a degree of freedom by all others.
+#: A mode is visible if its peak adds this fraction to the response of a degree of freedom by all other modes.
 SHOWN = 0.1
-#: A resonance whose half-power bandwidth is twice this part of the range is no sharp one: steps land on it anyway.
+#: A resonance whose half-power bandwidth is 2 / STEPS of the range or more is not sharp: steps do not miss it.
 STEPS = 50
 #: Least damping ratio: a resonance without damping has no peak.
 UNDAMPED = 1e-6
@@ -29,7 +29,7 @@ UNDAMPED = 1e-6
 def find_resonance_frequencies(
     balance: HarmonicBalance, lower: float, upper: float
 ) -> tuple[Float[Real, " s"], Float[Real, " s"]]:
-    """Frequencies at which a curve stops, ascending, and how far each may be missed.
+    """Frequencies at which a curve stops, ascending, and the tolerance of each.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def find_resonance_frequencies(
     order = np.argsort(frequency)
     retained, last = list[int](), lower
     for number in order:
-        # Of modes at one frequency one has the stops.
+        # Modes at the same frequency share the stops of one of them.
         if last + near[number] < frequency[number] < upper:
             retained.append(int(number))
             last = frequency[number]
@@ -69,7 +69,7 @@ def find_resonance_frequencies(
 
 
 def _shows(shapes: Real, modal_force: Array, impedance: Array, mode: int) -> bool:
-    """Whether the peak of a mode shows in some degree of freedom."""
+    """Whether the peak of a mode is visible in some degree of freedom."""
     amplitude = modal_force / np.where(impedance == 0, np.inf, impedance)
     own = np.abs(shapes[:, mode] * amplitude[mode])
     amplitude[mode] = 0.0

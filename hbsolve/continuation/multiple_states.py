@@ -15,9 +15,9 @@ from hbsolve.solution import forces_at, solve_at
 from hbsolve.state import SteadyState, is_same_motion, make_initial_sliders
 from reduction.array_type import Real
 
-#: Random starts reach this far, in amplitudes of the linear motion.
+#: Largest amplitude of random starts, relative to the linear motion.
 START_REACH = 2.0
-#: An arc over the level goes from the first to the last of these shares of it, in so many points at most.
+#: First and last level of an arc, relative to the level of the balance, and its largest number of points.
 ARC_FIRST, ARC_LAST, ARC_POINTS = 0.05, 10.0, 400
 
 
@@ -29,14 +29,14 @@ def steady_states(
 
     Starts are the points at which an arc over the level passes that of the balance, up and down round its folds, to
     ten times the level; then the motion with all contacts stuck, scaled from rest to twice itself, with random phases.
-    Not even all of them are bound to find all states.
+    These starts do not necessarily find all states.
 
     Parameters
     ----------
     balance, angular_frequency, slider
         As `hbsolve.steady_state.steady_state`.
     n_start
-        Number of starts beside the arc's [-].
+        Number of starts besides those of the arc [-].
     seed
         Seed of the random numbers.
     """
@@ -56,7 +56,7 @@ def steady_states(
 
 
 def _list_scaled(linear: Real, n_start: int, seed: int) -> Iterator[Real]:
-    """The linear motion, and others of its shape."""
+    """The linear motion, and others of its shape with random amplitudes and phases."""
     random = np.random.default_rng(seed)
     for number in range(n_start):
         start = linear.copy()
@@ -95,10 +95,10 @@ def find_motions_along_the_level(
 def friction_history_states(
     balance: HarmonicBalance, angular_frequency: float, *, n_history: int = 20, seed: int = 0
 ) -> tuple[SteadyState, ...]:
-    """Distinct steady states that differ in where their sliders began, lowest vibration first.
+    """Distinct steady states that differ in the initial positions of their sliders, lowest vibration first.
 
-    Sliders begin at random places within Coulomb's cone about the motion with all contacts stuck (eq. 11 with random
-    m); the first is that of springs without tension.
+    Sliders begin at random positions within Coulomb's cone about the motion with all contacts stuck (eq. 11 with random
+    m); in the first state springs begin without tension.
 
     Parameters
     ----------

@@ -13,8 +13,8 @@ a_j = phi_j,row phi_j,column and
 .. math:: \rho = \sum_{j > 1} \frac{a_j}{a_1} \frac{\omega_1^2}{\omega_j^2 - \omega_1^2}, \qquad
           \delta \Omega / \omega_1 \approx -2 \zeta^2 \rho
 
-is how far it tilts the peak: at 0.2 % damping 8e-6 rho. A cantilever driven near its root and seen at its tip has
-|rho| of a few tenths; a row near a node of mode 1 has a large one, and its peak says little about omega_1.
+is the shift of the peak: at 0.2 % damping 8e-6 rho. A cantilever driven near its root and measured at its tip has |rho|
+of a few tenths; a row near a node of mode 1 has a large |rho|, and its peak is no measure of omega_1.
 """
 
 from collections.abc import Callable
@@ -29,12 +29,12 @@ from reduction.array_type import Real
 
 Values = Float[Real, " p"]
 
-#: Points of each scan: the first sees the band, each later one the two intervals beside the highest point.
+#: Points of each scan: the first covers the band, each later one the two intervals beside the highest point.
 SCAN = 101
-#: A scan this fine, relative to the half-power width, is the last: the parabola's own error is then third order in it,
-#: and finer samples would only add round-off.
+#: Spacing of the last scan, relative to the half-power width: the error of the parabola is of third order in it, and
+#: finer samples would only add round-off.
 LAST_SCAN = 0.05
-#: Scans at most; each is 50 times finer than the last, so more than these means a peak without width.
+#: Largest number of scans; each is 50 times finer than the last, so that more scans mean a peak without width.
 MAX_SCAN = 8
 
 
@@ -43,15 +43,15 @@ class ResonancePeak:
     """A resonance peak."""
 
     angular_frequency: float
-    """Where it is [rad/s]."""
+    """Frequency of the peak [rad/s]."""
     amplitude: float
-    """How high it is [unit of the response]."""
+    """Height of the peak [unit of the response]."""
     half_power_width: float
     """Width at 1/sqrt(2) of the height, about 2 zeta omega_0 [rad/s]."""
 
     @property
     def frequency(self) -> float:
-        """Where it is [Hz]."""
+        """Frequency of the peak [Hz]."""
         return self.angular_frequency / (2 * np.pi)
 
 
@@ -61,15 +61,15 @@ def interpolated_peak(angular_frequency: Values, amplitude: Values) -> Resonance
     Parameters
     ----------
     angular_frequency
-        In any order, shape (p,) [rad/s].
+        Omega in any order, shape (p,) [rad/s].
     amplitude
-        Of a displacement, positive, shape (p,) [any unit].
+        Amplitude of a displacement, positive, shape (p,) [any unit].
 
     Raises
     ------
     NoPeakError
-        Fewer than three samples, or the highest is at an end, so that nothing encloses the peak; or one beside it is
-        zero or at the same frequency.
+        Fewer than three samples, or the highest is at an end, so that the samples do not enclose the peak; or a sample
+        beside it is zero or at the same frequency; or the samples do not resolve the peak.
     """
     order = np.argsort(angular_frequency, kind="stable")
     omega, height = np.asarray(angular_frequency)[order], np.asarray(amplitude)[order]
@@ -100,12 +100,12 @@ def resonance_peak(amplitude: Callable[[Values], Values], lowest: float, highest
     amplitude
         Amplitude of a displacement at the given angular frequencies, shape (p,) [rad/s] to shape (p,).
     lowest, highest
-        The band [rad/s]; it should hold one resonance, since a narrow one beside it can fall between the samples.
+        Band [rad/s]; it should contain one resonance, since a second, narrow one can fall between the samples.
 
     Raises
     ------
     NoPeakError
-        The band is empty, holds no peak, or the peak has no width because nothing damps it.
+        The band is empty or contains no peak, or the peak has no width because it is not damped.
     """
     if not 0 <= lowest < highest:
         raise NoPeakError(f"the band from {lowest:g} to {highest:g} rad/s is empty: give its lower end first")
@@ -130,7 +130,7 @@ def undamped_from_peak(peak: ResonancePeak, damping_ratio: float) -> float:
     Parameters
     ----------
     peak
-        Of a displacement (velocity peaks at omega_0 itself, acceleration above it).
+        Peak of a displacement (velocity peaks at omega_0 itself, acceleration above it).
     damping_ratio
         zeta of that mode [-], in [0, 1/sqrt(2)): beyond, a displacement has no peak.
 
@@ -149,7 +149,7 @@ def undamped_from_peak(peak: ResonancePeak, damping_ratio: float) -> float:
 
 
 def _find_enclosed_top(omega: Values, height: Values) -> int:
-    """Number of the highest sample, which must have a neighbour on each side."""
+    """Index of the highest sample, which must have a neighbour on each side."""
     top = int(height.argmax())
     if not (0 < top < len(omega) - 1 and height[top] > 0):
         raise NoPeakError(
@@ -160,7 +160,7 @@ def _find_enclosed_top(omega: Values, height: Values) -> int:
 
 
 def _fit_parabola(omega: Values, height: Values) -> ResonancePeak | None:
-    """Vertex of 1 / height^2 through three samples, the middle one highest; none if it is not above zero."""
+    """Vertex of 1 / height^2 through three samples, the middle one highest; None if it is not above zero."""
     # Both axes are scaled, so that the parabola is computed from numbers near one.
     centre, width = omega[1] ** 2, omega[2] ** 2 - omega[0] ** 2
     x = (omega[[0, 2]] ** 2 - centre) / width

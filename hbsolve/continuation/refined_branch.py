@@ -17,10 +17,10 @@ from hbsolve.truncation import compute_relative_change, compute_row_amplitude
 from reduction.array_type import Matrix, Real
 
 #: Amplitude of a row, over the largest of its branch, below which its change is relative to this [-]: at an
-#: antiresonance a relative error says nothing.
+#: antiresonance a relative error has no meaning.
 MIN_RELATIVE_AMPLITUDE = 1e-3
-#: Residual of a point, over the linear motion, that shows another balance or other sliders: a thousand tolerances of
-#: the solver, and far less than either changes.
+#: Residual of a point, over the linear motion, above which it was found with another balance or other sliders: a
+#: thousand times the tolerance of the solver, and far below the residual of such a point.
 FOREIGN = 1e-6
 
 
@@ -37,8 +37,8 @@ def refine_branch(
 
     Each of these points is found again at its frequency and level by `refine_harmonics`. In the result,
     `estimated_change` is the last change of these points and `MARGIN` times the estimate of others; `truncation_error`
-    is that of the joint directions, by harmonics and samples together, and `sample_error` of refined points is not a
-    number. `branch_errors` tells where the tolerance is not reached.
+    is that of the joint directions, by harmonics and samples together, and `sample_error` of refined points is NaN.
+    `branch_errors` shows where the tolerance is not reached.
 
     Parameters
     ----------
@@ -51,12 +51,12 @@ def refine_branch(
     slider
         Slider positions with which the branch was found, shape (s,) [m]; zero by default.
     report
-        Called with the number of points that are done and of all that are refined.
+        Called with the number of points done and of all points to be refined.
 
     Raises
     ------
     BalanceError
-        A branch without estimates, or of another balance or other sliders, and what `refine_harmonics` refuses.
+        A branch without estimates, or of another balance or other sliders, and as `refine_harmonics`.
     """
     limit, rows = check_tolerance(tolerance), check_output_rows(balance, rows)
     if not branch.estimated_change.size:
@@ -85,7 +85,8 @@ def refine_branch(
 def branch_errors(balance: HarmonicBalance, branch: ResponseBranch, rows: Matrix | None = None) -> Real:
     """Estimated relative error of the main harmonic of each point and row, shape (p, n) [-].
 
-    Relative to the amplitude there, or to a thousandth of the largest of the branch where that is more.
+    The error is relative to the amplitude of the point, or to a thousandth of the largest of the branch if that is
+    larger.
 
     Parameters
     ----------
@@ -94,7 +95,7 @@ def branch_errors(balance: HarmonicBalance, branch: ResponseBranch, rows: Matrix
     branch
         Branch with error estimates.
     rows
-        Shape (n, r) [-]; by default the joint directions together (n = 1).
+        Rows over all degrees of freedom, shape (n, r) [-]; by default the joint directions together (n = 1).
     """
     q = branch.coefficients[:, balance.main_harmonic]
     least = MIN_RELATIVE_AMPLITUDE * compute_row_amplitude(balance, q, rows).max(axis=0, initial=0.0)
@@ -102,7 +103,7 @@ def branch_errors(balance: HarmonicBalance, branch: ResponseBranch, rows: Matrix
 
 
 def _refuse_foreign(balance: HarmonicBalance, state: SteadyState) -> None:
-    """Refuse a state that does not solve a balance: its joints or its sliders are others."""
+    """Refuse a state that does not solve a balance, because its joints or its sliders differ."""
     condensed = balance.at(state.angular_frequency)
     forces = forces_at(balance, state.angular_frequency, state.motion, state.sliders)
     R = residual(balance, condensed, state.motion, forces)

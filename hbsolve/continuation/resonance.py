@@ -27,7 +27,8 @@ Row = int | Float[Real, " r"]
 WIDTHS, SHIFTS, WIDENINGS = 8.0, 3.0, 6
 #: Relative accuracy of the peak's frequency.
 ACCURACY = 1e-9
-#: Where the branch folds beside its top, arc lengths of ever shorter steps over the top, in shares of the amplitude.
+#: Where the branch folds beside its top, arc lengths of ever shorter steps over the top, relative to the amplitude, and
+#: largest number of such steps.
 FINER, FINER_POINTS = (0.03, 3e-3, 3e-4), 60
 
 
@@ -36,13 +37,13 @@ class ResonantState:
     """The highest response of a branch."""
 
     state: SteadyState
-    """At the peak; its amplitude at the output is the peak's."""
+    """State at the peak."""
     amplitude: float
-    """Of the fundamental at the output [m]."""
+    """Amplitude of the fundamental at the output [m]."""
 
     @property
     def frequency(self) -> float:
-        """Where the peak is [Hz]."""
+        """Frequency of the peak [Hz]."""
         return self.state.frequency
 
 
@@ -50,7 +51,7 @@ class ResonantState:
 def resonance(balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider: Real | None = None) -> ResonantState:
     """The peak of a frequency response, between its points: the zero of the exact derivative of the amplitude.
 
-    Its level is that of the branch, which may follow a power of Omega.
+    The level is that of the branch, which may follow a power of Omega.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def resonance(balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider
     NoPeakError
         The response is highest at an end of the branch.
     BalanceError
-        A branch that is none over frequency, or whose level follows no power of Omega.
+        A branch that is not over frequency, or whose level follows no power of Omega.
     """
     path, _ = make_path(balance, branch)
     if not isinstance(path, FrequencyPath):
@@ -103,13 +104,13 @@ class _Point:
 
 
 def _solve(path: FrequencyPath, angular_frequency: float, start: Real, slider: Real | None) -> SteadyState:
-    """The state at a frequency, at its level there."""
+    """The state at a frequency, with the level at that frequency."""
     at_level = level_at(path.balance, angular_frequency, path.level_power)
     return steady_state(at_level, angular_frequency, start=start, slider=slider)
 
 
 def _find_between(path: FrequencyPath, points: Sequence[_Point], row: Row, slider: Real | None) -> SteadyState | None:
-    """The state where the amplitude is stationary between three points; none if a fold or a kink is between them."""
+    """The state where the amplitude is stationary between three points; None if a fold or a kink is between them."""
     before, top, behind = (item.angular_frequency for item in points)
     if not (top - before) * (behind - top) > 0:
         return None
@@ -131,7 +132,7 @@ def _find_between(path: FrequencyPath, points: Sequence[_Point], row: Row, slide
         state = solved(float(brentq(slope, low, high, xtol=ACCURACY * top)))
     except NoSteadyState:
         return None
-    # Lower than the points would be another state of the same frequency, next to a fold.
+    # A lower amplitude than at the points would be that of another state, next to a fold.
     return state if state.amplitude(row) >= (1 - ACCURACY) * points[1].amplitude else None
 
 
@@ -181,9 +182,9 @@ def resonance_curve(
     Parameters
     ----------
     balance
-        The system.
+        System and its harmonics.
     levels
-        Of the harmonic force, in the order in which the peak is followed.
+        Levels of the harmonic force, in the order in which the peak is followed.
     row
         A degree of freedom, or the row of an output.
     first, last
@@ -196,7 +197,7 @@ def resonance_curve(
     Raises
     ------
     NoPeakError
-        A peak left its window even after that was widened.
+        A peak left its window even after the window was widened.
     """
     peaks: list[ResonantState] = []
     low, high = sorted((first, last))
@@ -220,7 +221,7 @@ def resonance_curve(
 
 
 def _compute_width(branch: ResponseBranch, row: Row) -> float:
-    """Extent in Omega of the part of a branch that is higher than 0.7 of its top [rad/s]."""
+    """Extent in Omega of the part of a branch above 1 / sqrt(2) of its top [rad/s]."""
     amplitude = branch.amplitude(row)
     near = branch.angular_frequency[amplitude >= amplitude.max() / np.sqrt(2)]
     return float(near.max() - near.min())

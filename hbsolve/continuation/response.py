@@ -1,6 +1,6 @@
 """Whole branches of steady states over frequency, level or a joint's parameter, round folds.
 
-The single steps are `hbsolve.continuation.step`'s, for those who want to show or stop them.
+Single steps, which a caller can show or stop, are in `hbsolve.continuation.step`.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,10 +21,10 @@ from hbsolve.steady_state import steady_state
 from hbsolve.truncation import truncation
 from reduction.array_type import Real
 
-#: Share of points that are folds beyond which folds are why a branch has too many [-]. Of a random system with two
-#: contacts and a friction coefficient of 4 it is 22 % with 128 samples, 17 % with 512 and 28 % with 2,048.
+#: Fraction of points that are folds above which folds are the reason for too many points [-]. For a random system with
+#: two contacts and a friction coefficient of 4 it is 22 % with 128 samples, 17 % with 512 and 28 % with 2,048.
 MOST_FOLDED = 0.05
-#: Points of a branch so far: lambda and the steady state of each; and where the continuation stands.
+#: Points of a branch so far, lambda and the steady state of each, and the state of its continuation.
 PartialBranch = tuple[list[tuple[float, SteadyState]], ContinuationState]
 
 
@@ -36,7 +36,7 @@ def begin(
     Parameters
     ----------
     continuation
-        Lambda, and its range.
+        Path, and its range of lambda.
     start, slider
         As for `hbsolve.steady_state.steady_state`.
 
@@ -69,13 +69,13 @@ def run(
     Parameters
     ----------
     continuation
-        Lambda, and its range.
+        Path, and its range of lambda.
     start, slider
-        As `hbsolve.steady_state.steady_state`.
+        As for `hbsolve.steady_state.steady_state`.
     report
-        Called with the way done and the whole way.
+        Called with the range of lambda done and the whole range.
     resumed
-        What `save` was last given, to go on from there.
+        Last argument of `save`, from which the branch continues.
     save
         Called after each point.
 
@@ -102,7 +102,7 @@ def follow_to_end(
     report: Callable[[float, float], None] | None = None,
     save: Callable[[PartialBranch], None] | None = None,
 ) -> tuple[list[tuple[float, SteadyState]], ContinuationState, StopReason]:
-    """All points of a branch, those that it has begun with among them, and where and why it ends; see `run`."""
+    """All points of a branch, including those already found, its last state and its stop reason; see `run`."""
     points, state = list(begun[0]), begun[1]
     way = abs(continuation.last - continuation.first)
     while state.stop_reason is None:
@@ -120,7 +120,7 @@ def follow_to_end(
 
 
 def _count_folds(values: Sequence[float]) -> int:
-    """How often lambda turns."""
+    """Number of times that lambda turns."""
     ways = np.sign(np.diff(values))
     return int(np.count_nonzero(ways[1:] * ways[:-1] < 0))
 
@@ -140,17 +140,18 @@ def frequency_response(
     Parameters
     ----------
     balance
-        The system, its harmonics and the level of its force.
+        System, its harmonics and the level of its force.
     first, last
         Range of Omega, in either order [rad/s].
     step
         Largest step [rad/s]; a fiftieth of the range by default.
     level_power
-        p: the level is that of the balance times Omega^p, where 2 holds the displacement of a base or an unbalance [-].
+        Power p: the level is that of the balance times Omega^p; 2 for a constant displacement of a base or an unbalance
+        [-].
     slider
         Initial slider positions, shape (s,) [m]; zero by default.
     report
-        Called with the way done and the whole way.
+        Called with the range done and the whole range.
     """
     path = FrequencyPath(balance=balance, level_power=level_power)
     return run(Continuation(path=path, first=first, last=last, step=step), None, slider, report)
@@ -197,7 +198,7 @@ def make_branch(
 ) -> ResponseBranch:
     """Steady states as a branch, with contact states and error estimates.
 
-    Each state has its balance, whose level may be another one.
+    Each state has its own balance; the level of that balance may differ from that of the state.
     """
     errors = [truncation(item, state) for item, state in zip(balances, states, strict=True)]
     return ResponseBranch(

@@ -37,20 +37,20 @@ def response_surface(
     """Level of the force that holds each amplitude of a sensor at each frequency.
 
     For each amplitude the curve of `controlled_response` is followed from the lowest to the highest frequency. Where it
-    passes a frequency several times, the first pass counts. Points that it does not reach are NaN. A structure may have
-    several states under control as well, such as one with an absorber: where neighbours are states of different sheets,
-    the surface says so and has no contours between them.
+    passes a frequency several times, the first pass counts. Points that it does not reach are NaN. A structure, such as
+    one with an absorber, may have several states under control as well: where neighbours are states of different
+    sheets, the surface marks this and has no contours between them.
 
     Parameters
     ----------
     balance, row, derivative, base, slider
         As for `hbsolve.continuation.controlled_response.controlled_response`.
     angular_frequency
-        Omega, ascending, two at least, shape (p,) [rad/s].
+        Omega, ascending, at least two, shape (p,) [rad/s].
     amplitude
-        Of the first harmonic of the reading, ascending and positive, shape (a,) [m, m/s or m/s^2].
+        Amplitudes of the first harmonic of the reading, ascending and positive, shape (a,) [m, m/s or m/s^2].
     report
-        Called with the number of amplitudes that are done and of all.
+        Called with the number of amplitudes done and of all amplitudes.
 
     Raises
     ------
@@ -84,16 +84,16 @@ def response_surface(
 
 
 class _Curve(NamedTuple):
-    """One amplitude over the frequencies of the surface."""
+    """Curve of one amplitude over the frequencies of the surface."""
 
     path: ControlledAmplitude
     omega: Float[Real, " p"]
     start: Real | None
-    """Motion of the directions at the first frequency, in the phase of the reading; none if there is none."""
+    """Motion of the directions at the first frequency, in the phase of the reading; None if no state was found."""
     motions: list[Real | None]
     """The same at each frequency."""
     states: list[SteadyState | None]
-    """States under the force of the case."""
+    """States under the given force."""
     turned: list[bool]
     """Whether the curve turned between the frequency before and each."""
 
@@ -112,7 +112,7 @@ def _check_ascending(values: object, name: str, least: int) -> Float[Real, " n"]
 def _follow(
     path: ControlledAmplitude, omega: Float[Real, " p"], sliders: InitialSliders, below: _Curve | None
 ) -> _Curve:
-    """The curve of an amplitude, begun at that of the amplitude below."""
+    """The curve of an amplitude; it begins near the curve of the amplitude below."""
     continuation = make_controlled_continuation(path, float(omega[0]), float(omega[-1]), None)
     start = (
         None
@@ -136,14 +136,14 @@ def _follow(
 
 
 def _scale_vibration(motion: Real, ratio: float) -> Real:
-    """A motion with its vibration, and not its mean, times a ratio."""
+    """A motion with its vibration, but not its mean, times a ratio."""
     result = ratio * motion
     result[:, 0] = motion[:, 0]
     return result
 
 
 def _find_passed(points: Sequence[tuple[float, SteadyState]], value: float) -> int | None:
-    """The first of the points between which and the next a curve passes a frequency; none if it does not."""
+    """Index of the first point between which and the next a curve passes a frequency; None if it does not."""
     omega = np.array([at for at, _ in points])
     there = np.flatnonzero((omega[:-1] - value) * (omega[1:] - value) <= 0)
     return int(there[0]) if len(there) else None
@@ -163,7 +163,7 @@ def _interpolate_motion(
     value: float,
     sliders: InitialSliders,
 ) -> Real | None:
-    """Motion at a frequency between two points of a curve; none if it is not found."""
+    """Motion at a frequency between two points of a curve; None if it is not found."""
     share = (value - first[0]) / (last[0] - first[0]) if last[0] != first[0] else 0.0
     balance, condensed = path.at(value)
     start = first[1].motion + share * (last[1].motion - first[1].motion)
@@ -181,7 +181,7 @@ def _state_at(
 
 
 def _are_connected(below: _Curve, above: _Curve, place: int, sliders: InitialSliders) -> bool:
-    """Whether each of two states at one frequency is where Newton's method leads from the other."""
+    """Whether Newton's method leads from each of two states at one frequency to the other."""
     low, high = below.motions[place], above.motions[place]
     if low is None or high is None:
         return False

@@ -1,9 +1,9 @@
 r"""One step of a continuation round folds: how long it is, whether it is taken, and where the branch ends.
 
-The steps themselves are `hbsolve.continuation.arclength`'s. s_x is the amplitude of the vibration at the last point and
-s_lambda a share of the range: a step changes the motion of the joints by a share ds of itself, or lambda by that share
-of s_lambda, whichever comes first. Over frequency it stops at the resonances of the structure with stuck joints, of
-which the joints may feel nothing (`hbsolve.continuation.linear_resonance`).
+The steps themselves are in `hbsolve.continuation.arclength`. s_x is the amplitude of the vibration at the last point
+and s_lambda a fraction of the range: a step changes the motion of the joints by a fraction ds of its size, or lambda by
+that fraction of s_lambda, whichever comes first. Over frequency it stops at the resonances of the structure with stuck
+joints, in which the joints may not move (`hbsolve.continuation.linear_resonance`).
 
 References
 ----------
@@ -30,30 +30,30 @@ from reduction.array_type import Real, Whole
 
 #: Largest, first and smallest ds.
 LARGEST, FIRST, LEAST = 0.2, 0.05, 1e-7
-#: A step that takes EASY corrections or fewer grows, one that takes HARD or more shrinks.
+#: A step that takes EASY corrections or fewer grows, and a step that takes HARD or more shrinks.
 EASY, HARD = 3, 6
 GROW, SHRINK, RETRY = 1.5, 0.6, 0.35
-#: A step across which the tangent turns more than by this cosine, or changes its orientation, is tried shorter, down to
-#: the length at which kinks are taken as they come.
+#: A step across which the tangent turns more than by this cosine, or changes its orientation, is shortened, down to the
+#: length at which any kink is accepted.
 TURN, SURE = 0.7, 5e-3
-#: The last point lies this near to its prediction, in shares of the step to it; a state further away belongs to another
-#: branch, or to this one round a fold.
+#: Largest distance of the last point from its prediction, relative to the step; a state further away belongs to another
+#: branch, or to this branch beyond a fold.
 MAX_PREDICTION_ERROR = 0.5
-#: A closed branch has this many points at least, comes back to a point of its own by this share of a step (sheets that
-#: lie close together are no closed branch), and runs on in the same direction, by this cosine.
+#: Closed branch: least number of points, largest distance from the tangent at an earlier point, relative to a step
+#: (sheets close to each other are not a closed branch), and least cosine between both directions.
 LEAST_LOOP, ASIDE, SAME_WAY = 12, 0.05, 0.9
-#: Where the arc cannot be followed, the next state may differ by this much of its size: more is another motion.
+#: Largest relative change to the next state where the arc cannot be followed: a larger one is another motion.
 FURTHEST_LEAP = 1.0
-#: Amplitude that is none, over that of the linear structure at the ends of the range.
+#: Amplitude that counts as zero, over that of the linear structure at the ends of the range.
 LEAST_AMPLITUDE = 1e-6
-#: Share of vibration and lambda in a tangent of mean displacement alone. Springs that centre a body leave the square.
+#: Fraction of vibration and lambda in a tangent of mean displacement alone: the centring springs leave its square.
 UNCHANGED = CENTRING_STIFFNESS**0.5
-#: Steps of largest length over the range by default, and points at most.
+#: Default number of largest steps over the range, and largest number of points.
 STEPS, MOST_POINTS = 50, 5000
 
 
 class Mark(NamedTuple):
-    """An earlier point, its tangent, and its number: a branch that comes back to it is closed."""
+    """An earlier point, its tangent, and its number: a branch that returns to it is closed."""
 
     point: Direction
     tangent: Direction
@@ -62,7 +62,7 @@ class Mark(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ContinuationState:
-    """All that the next step depends on; a continuation goes on from it with the same result."""
+    """State of a continuation, which determines all further steps."""
 
     value: float
     """Lambda."""
@@ -72,15 +72,15 @@ class ContinuationState:
     by_multiplier: Whole
     """Initial state of the sliders, shape (s,)."""
     tangent: Direction
-    """In the direction of travel; before the first step, lambda's way alone."""
+    """Tangent in the direction of travel; before the first step, the direction of lambda alone."""
     orientation: int
     """Sign of the determinant along it (`hbsolve.continuation.arclength.tangent`); 0 before the first step."""
     step: float
-    """The next ds."""
+    """Next ds."""
     n_point: int
-    """Points so far."""
+    """Number of points so far."""
     mark: Mark
-    """Where a closed branch would come back to."""
+    """Point to which a closed branch would return."""
     leaps: tuple[int, ...] = ()
     """Indices of points on the branch that continuation did not reach from the point before."""
     stop_reason: StopReason | None = None
@@ -88,12 +88,12 @@ class ContinuationState:
 
 
 class Advance(NamedTuple):
-    """What a step leads to."""
+    """Result of a step."""
 
     point: SteadyState | None
-    """The next point; none where the branch has ended before it."""
+    """The next point; None if the branch ended before it."""
     state: ContinuationState
-    """Where the branch goes on from, or why it does not."""
+    """State from which the branch continues, or with the reason why it ends."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -103,29 +103,29 @@ class Continuation:
     Raises
     ------
     BalanceError
-        An empty range, a step that is not positive, or what is no real number.
+        An empty range, a step that is not positive, or a value that is not a real number.
     """
 
     path: Path
-    """What lambda is: `FrequencyPath`, `LevelPath` or `JointPath`."""
+    """Meaning of lambda: `FrequencyPath`, `LevelPath`, `JointPath` or `ControlledAmplitude`."""
     first: float
     last: float
-    """Where the branch begins and ends, in either order."""
+    """Values of lambda where the branch begins and ends, in either order."""
     step: float | None = None
-    """Largest step in lambda, at most the range; a fiftieth of it by default."""
+    """Largest step in lambda, at most the range; a fiftieth of the range by default."""
     most_points: int = MOST_POINTS
-    """Stop after so many."""
+    """Largest number of points."""
     largest: float = LARGEST
-    """Largest ds: share of its size by which the motion may change in a step [-]."""
+    """Largest ds: relative change of the motion in a step [-]."""
     _least_amplitude: float = field(init=False, repr=False)
-    """Amplitude below which a vibration counts as none: steps would shrink with it for ever [m]."""
+    """Amplitude below which a vibration counts as zero: steps would shrink with it without end [m]."""
 
     def __post_init__(self) -> None:
         for name in ("first", "last") if self.step is None else ("first", "last", "step"):
             object.__setattr__(self, name, check_real_number(getattr(self, name), name, BalanceError))
         if not np.isfinite([self.first, self.last]).all() or self.first == self.last:
             raise BalanceError(f"the range from {self.first:g} to {self.last:g} is empty: give two different ends")
-        # Refuses an end that its path cannot have, before anything is computed.
+        # Refuses an end that the path cannot have, before any step.
         ends = [self.path.at(end) for end in (self.first, self.last)]
         amplitude = max(_compute_amplitude(balance.linear(condensed)) for balance, condensed in ends)
         object.__setattr__(self, "_least_amplitude", LEAST_AMPLITUDE * amplitude)
@@ -140,11 +140,11 @@ class Continuation:
 
     @cached_property
     def _stops(self) -> tuple[Real, Real]:
-        """Values that no step may pass, and how far each may be missed."""
+        """Values at which a step must stop, and the tolerance of each."""
         return self.path.stops(self.first, self.last)
 
     def state_at(self, motion: Real, sliders: InitialSliders) -> ContinuationState:
-        """Where the branch begins, for a solution at the first value."""
+        """State at the beginning of the branch, for a solution at the first value."""
         rest = np.zeros_like(motion)
         return ContinuationState(
             value=self.first,
@@ -179,14 +179,14 @@ class Continuation:
                     if after is None:
                         continue
                     if step == usual < state.step and after.state.stop_reason is None:
-                        # A stop on the way does not limit the next step.
+                        # A stop does not limit the next step.
                         after = Advance(after.point, replace(after.state, step=max(after.state.step, state.step)))
                     return after
             step *= RETRY
         return self._leap(state, x, sliders, t.value)
 
     def _reach(self, value: float, t: Direction) -> float:
-        """Length of the step to the next value that no step may pass."""
+        """Length of the step to the next value at which a step must stop."""
         stops, margin = self._stops
         ahead = (stops - value) * np.sign(t.value)
         ahead = ahead[ahead > margin]
@@ -210,7 +210,7 @@ class Continuation:
         metric: Metric,
         sliders: InitialSliders,
     ) -> Advance | None:
-        """To a corrected point, or to the end of the range before it; none where a shorter step must decide."""
+        """Go to a corrected point, or to the end of the range before it; None if a shorter step is needed."""
         if (result.value - self.last) * (self.last - self.first) > 0:
             share = (self.last - state.value) / (result.value - state.value)
             between = state.motion + share * (result.motion - state.motion)
@@ -241,7 +241,7 @@ class Continuation:
         return Advance(point, after)
 
     def _closed(self, state: ContinuationState, result: Corrected, t: Direction, step: float, metric: Metric) -> bool:
-        """Whether a point lies on the marked way, within a step of the mark, and travels the same way."""
+        """Whether a point lies on the tangent at the mark, within a step, with the same direction of travel."""
         (motion, value), marked, number = state.mark
         away = Direction(result.motion - motion, result.value - value)
         along = metric.dot(away, marked) / (metric.length(marked) or 1.0)
@@ -257,7 +257,7 @@ class Continuation:
     def _finish(
         self, state: ContinuationState, predicted: Real, step: float, metric: Metric, sliders: InitialSliders
     ) -> Advance | None:
-        """To the point at the last value; none if there is none near its prediction, as beyond a fold."""
+        """Go to the point at the last value; None if there is none near its prediction, such as beyond a fold."""
         balance, condensed = self.path.at(self.last)
         try:
             result = solve_at(balance, condensed, predicted, sliders)
@@ -272,7 +272,7 @@ class Continuation:
         return Advance(result, after)
 
     def _leap(self, state: ContinuationState, x: Real, sliders: InitialSliders, t_value: float) -> Advance:
-        """Where the arc cannot be followed, the next point at a fixed lambda; a leap if no step would go so far."""
+        """The next point at a fixed lambda, where the arc cannot be followed; a leap if it is further than a step."""
         towards = np.sign(t_value or self.last - self.first)
         for share in (0.1, 0.5, 0.01):
             value = state.value + float(towards) * share * self.largest * self._scale
@@ -303,20 +303,20 @@ class Continuation:
         return (value - self.first) * (self.last - self.first) < 0
 
     def stopped_at(self, state: ContinuationState) -> str:
-        """Lambda where the branch ends, with its unit; empty where it ends as it was asked to."""
+        """Lambda where the branch ends, with its unit; empty at the last value or the largest number of points."""
         if state.stop_reason in (StopReason.REACHED, StopReason.MOST_POINTS):
             return ""
         return f"{self.path.displayed(state.value):.6g} {self.path.unit}"
 
 
 def _compute_amplitude(x: Real) -> float:
-    """Size of the vibration, or of the displacement where nothing vibrates [m]."""
+    """Size of the vibration, or of the displacement if there is no vibration [m]."""
     vibration = float(np.linalg.norm(x[:, 1:]))
     return vibration or float(np.linalg.norm(x)) or 1.0
 
 
 def _drifts(t: Direction, metric: Metric) -> bool:
-    """Whether a branch goes on by the mean displacement alone, against nothing but the springs that centre a body."""
+    """Whether only the mean displacement of a body changes along a branch, against its centring springs."""
     return bool(metric.length(Direction(t.motion[:, 1:], t.value)) < UNCHANGED * metric.length(t))
 
 

@@ -1,4 +1,4 @@
-"""Why a curve of periodic responses ends where it ends."""
+"""Reasons why a curve of periodic responses ends."""
 
 from enum import Enum
 
@@ -6,7 +6,7 @@ from hbsolve.errors import BalanceError, Failure
 
 
 class StopReason(Enum):
-    """Reason why a curve ends; the value says it and, after a colon, what to try."""
+    """Reason why a curve ends; the value is the reason and, after a colon, advice."""
 
     REACHED = "reached the last value"
     SOLVED = "solved at all frequencies"
@@ -29,14 +29,14 @@ class StopReason(Enum):
 
     @classmethod
     def read(cls, text: str) -> "StopReason":
-        """Reason that a file states: a name, or in older files the beginning of a sentence; else a `BalanceError`."""
+        """Reason given in a file, by name or, in older files, by the beginning of a sentence; else a `BalanceError`."""
         for reason in cls:
             if text == reason.name or text.startswith(_OLDER_SENTENCES[reason]):
                 return reason
         raise BalanceError(f'"{text}" is not a stop reason: choose one of {", ".join(cls.__members__)}')
 
 
-#: How sentences of older files begin, tried in order of the members.
+#: Beginnings of the sentences in older files, compared in the order of the members.
 _OLDER_SENTENCES = {
     StopReason.REACHED: "reached the last value",
     StopReason.SOLVED: "all ",

@@ -37,23 +37,23 @@ class LevelContour(NamedTuple):
     angular_frequency: Float[Real, " p"]
     """Omega, shape (p,) [rad/s]."""
     amplitude: Float[Real, " p"]
-    """As that of the surface, shape (p,)."""
+    """Amplitude in the unit of the surface, shape (p,)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ResponseSurface(Exported):
-    """The level of the force that an amplitude needs; arrays are copied and read-only.
+    """Level of the force that holds each amplitude of a sensor at each frequency; arrays are copied and read-only.
 
     Parameters
     ----------
     angular_frequency
         Omega, ascending, shape (p,) [rad/s].
     amplitude
-        Of the first harmonic of the sensor, ascending, shape (a,) [m, m/s or m/s^2].
+        Amplitude of the first harmonic of the sensor, ascending, shape (a,) [m, m/s or m/s^2].
     level
         Scale of the harmonic force, shape (a, p) [-]; NaN where no steady state was found.
     phase
-        Of the reading, in the phase of the force of the case, shape (a, p) [rad].
+        Phase of the reading under the given force, shape (a, p) [rad].
     other_frequency, other_amplitude
         Whether the state belongs to another sheet of the surface than its neighbour at the frequency before, and at the
         amplitude below, shape (a, p) both.
@@ -88,9 +88,9 @@ class ResponseSurface(Exported):
         Parameters
         ----------
         level
-            Of the force, positive [-].
+            Level of the force, positive [-].
         fine
-            Cells of the finer grid between two points of the surface, in both directions [-].
+            Number of cells of the finer grid between two points of the surface, in both directions [-].
 
         Raises
         ------
@@ -110,7 +110,7 @@ class ResponseSurface(Exported):
         omega, fine_omega = self.angular_frequency, _refine_places(self.angular_frequency, fine)
         decade, fine_decade = np.log(self.amplitude), _refine_places(np.log(self.amplitude), fine)
         along = _interpolate_values(omega, stiffness.T, self.other_frequency.T, fine_omega).T
-        # Between two frequencies amplitudes are connected where they are at both.
+        # Between two frequencies, amplitudes are connected if they are at both.
         beside = np.searchsorted(omega, fine_omega)
         torn = self.other_amplitude[:, beside] | self.other_amplitude[:, np.maximum(beside - 1, 0)]
         between = _interpolate_values(decade, along, torn, fine_decade)
@@ -165,7 +165,7 @@ def load_surface(path: Path | str) -> ResponseSurface:
 
 
 def _refine_places(places: Float[Real, " p"], fine: int) -> Float[Real, " q"]:
-    """Subdivide each interval."""
+    """Places with each interval divided into `fine` parts."""
     number = np.arange(fine * (len(places) - 1) + 1) / fine
     return np.asarray(np.interp(number, np.arange(len(places)), places))
 

@@ -3,9 +3,10 @@ r"""The hysteresis of Bouc and Wen along a straight path from instant to instant
 With r and w of `hbsolve.joint_law.hysteretic_joint`,
 
 .. math:: \frac{dw}{dx} = \frac{1 - r^n}{1 - r} \quad (r > 0), \qquad
-          \frac{dw}{dx} = \frac{1 + (2 \beta - 1) |r|^n}{1 + |r|} \quad (r < 0),
+          \frac{dw}{dx} = \frac{1 + (2 \beta - 1) |r|^n}{1 + |r|} \quad (r < 0) .
 
-between 1/2 and the larger of n and beta: however long the path, the Runge-Kutta rule takes it in a few parts.
+The rate lies between 1/2 and the larger of n and beta, so that the Runge-Kutta rule integrates a path of any length in
+a few parts.
 """
 
 from math import exp, expm1, log, log1p
@@ -18,9 +19,9 @@ from hbsolve.joint_law.hysteretic_joint import add_shape, begin, finish
 from hbsolve.joint_law.rate_state import rate_law
 from hbsolve.joint_law.registry import FORCES
 
-#: Parts of a step: at 128 instants per period the rule is then as exact as they are at a thousand.
+#: Number of parts of a step: at 128 instants per period the rule is then as accurate as a thousand instants are.
 PARTS = 4
-#: Of 1 - r: below it the rate is its limit, to the last digit.
+#: Value of 1 - r below which the rate equals its limit to the last digit.
 LEAST = 1e-17
 
 
@@ -53,7 +54,7 @@ def step(
     sign, reach, start, x = begin(before, after, state, parameters)
     w0 = -log1p(-start)
     w, h = w0, x / PARTS
-    # By w at the start, x, n and beta, of w and of the increments of the rule.
+    # Derivatives of w and of the increments of the rule by w at the start, x, n and beta.
     by, total_by, last_by, stage_by = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4)
     by[0] = 1.0
     for _ in range(PARTS):

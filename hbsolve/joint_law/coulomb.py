@@ -14,15 +14,17 @@ with :math:`\delta` the angle from the motion to the spring. A disc is convex an
 only. So a contact sticks between two samples if the spring is within the limit at the second, and otherwise begins to
 slip at one instant and slides until the second. The error is that of straight paths: of second order in the distance
 of the samples. A start, and a contact without load at either sample, is put on the limit by radial return, which is
-exact where the spring was slack. As in one tangent, a contact that closes between two samples rubs from the first.
+exact where the spring was slack. As with one tangent, a contact that closes between two samples counts as closed from
+the first.
 
 The slider may need many periods to settle. A period whose last slip is at instant j takes the angle :math:`\theta` of
 that spring to :math:`F(\theta)`, where :math:`F'`, between -1 and 1, is the product of the derivatives of the angle
 after each slip by the angle before it. So Newton's method finds the cycle, :math:`\theta = F(\theta)`, in a few
-periods. A cycle that slips is the only one: two springs that keep their distance slip at the same instants in the same
-direction, and so are one. A cycle that only sticks is one of many: then periods are iterated as they are until the
-slider returns to where it began one (shakedown), and the derivative is carried through all of them. A contact that
-stays within its limit needs no iteration. A spring of direction :math:`n` on the limit turns by :math:`d\theta`, and
+periods. A cycle with slip is unique: two springs at a constant distance slip at the same instants in the same
+direction, and are therefore the same. A cycle without slip is one of many: then periods are iterated without Newton's
+method until the slider ends a period where it began it (shakedown), and the derivative is carried through all of them.
+A contact that stays within its limit needs no iteration. A spring of direction :math:`n` on the limit turns by
+:math:`d\theta`, and
 
 .. math:: dw = du - n\, dr - r\, n_\perp\, d\theta ,
 
@@ -50,20 +52,21 @@ MAX_PERIOD = 200
 MIN_CONTRACTION = 1e-6
 #: Largest number of Newton steps towards a cycle, and largest change of the angle in a step [rad].
 MAX_NEWTON, MAX_STEP = 40, 1.0
-#: No instant.
+#: Index for no instant.
 NONE = -1
-#: A slider has settled when a period moves it by less than this part of the radius of its limit or of the motion.
+#: A slider has settled when a period moves it by less than this fraction of the radius of its limit or of the motion.
 SETTLED = 1e-11
-#: Below this the mean inverse of the radius is its series in z = (r_1 - r_0) / (r_1 + r_0), to round-off.
+#: Value of |z| below which the mean inverse of the radius is computed, to round-off, by its series in
+#: z = (r_1 - r_0) / (r_1 + r_0).
 SERIES = 0.03
 #: Largest kappa: the square of exp(-kappa) must not underflow.
 MAX_EXPONENT = 300.0
 
 
 class SliderStates(NamedTuple):
-    """State of the slider before a period, in row 0, and then after each slip of it: w = u_j - r n.
+    """State of the slider before a period, in row 0, and after each slip of the period: w = u_j - r n.
 
-    Its derivative is dw = du_j - n dr_j - r n_perp dtheta, and for a start that is given, dw = dstart.
+    Its derivative is dw = du_j - n dr_j - r n_perp dtheta, and for a given start dw = dstart.
     """
 
     instant: Whole
@@ -104,7 +107,7 @@ def force(
     slips = n_beyond > 0
 
     derive = want >= JACOBIAN
-    # Of the radius: by the normal displacement, and by the parameters.
+    # Derivatives of the radius by the normal displacement, and by the parameters.
     n_radius = (n if slips else 1) if derive else 0
     r_by_v, r_by = np.zeros(n_radius), np.zeros((n_radius, 5))
     for k in range(n_radius):
@@ -162,7 +165,7 @@ def force(
 def _iterate_periods(
     u: Any, radius: Any, w: Any, rows: Any, which: Any, r_by: Any, r_by_v: Any, sampling: Any, derive: bool, out: Any
 ) -> int:
-    """Move the slider w through periods until it settles; of the last one record w, the slips and their number."""
+    """Move the slider w through periods until it settles; record w, the slips and their number in the last period."""
     given = w.copy()
     scale = max(np.abs(u[:2]).max(), radius.max())
     n_slip, at, shifted = _settle(u, radius, w, scale, rows, which, r_by, r_by_v, sampling, out)
@@ -192,10 +195,10 @@ def _iterate_periods(
 def _settle(
     u: Any, radius: Any, w: Any, scale: float, rows: Any, which: Any, r_by: Any, r_by_v: Any, sampling: Any, out: Any
 ) -> tuple[int, int, bool]:
-    """Move the slider w to a cycle that slips, by Newton's method.
+    """Move the slider w to a cycle with slip, by Newton's method.
 
-    Returns the number of slips, 0 if there is no such cycle; the instant of the last one; and whether w is elsewhere
-    than periods alone would have moved it.
+    Returns the number of slips, 0 if there is no such cycle; the instant of the last slip; and whether w differs from
+    the position to which periods alone would have moved it.
     """
     at, least, shifted = NONE, np.inf, False
     for _ in range(MAX_NEWTON):
@@ -203,7 +206,7 @@ def _settle(
         n_slip, at, by_angle = _period(u, radius, w, at, rows, which, r_by, r_by_v, sampling, False, out)
         moved = np.hypot(w[0] - begin0, w[1] - begin1)
         if n_slip == 0 or moved <= SETTLED * scale:
-            # A slip that does not change the angle is one by round-off: the spring only sticks.
+            # A slip that does not change the angle is round-off: the spring only sticks.
             return (n_slip if by_angle < 1.0 - MIN_CONTRACTION else 0), at, shifted
         if at == last and moved < least and by_angle < 1.0 - MIN_CONTRACTION:
             least, shifted = moved, True
@@ -219,13 +222,13 @@ def _settle(
 def _close(
     u: Any, radius: Any, w: Any, at: int, rows: Any, which: Any, r_by: Any, r_by_v: Any, sampling: Any, out: Any
 ) -> bool:
-    """Derive the cycle that ends with the slider w, slipping last at an instant; False where F' is nearly 1."""
+    """Differentiate the cycle that ends with the slider w and the last slip at `at`; False where F' is nearly 1."""
     state, column = rows.state[0], rows.angle_slopes.shape[1] - 2
     rows.instant[0], state[RADIUS] = at, radius[at]
     state[FOLLOWS], state[FOLLOWS + 1], state[BY_START], state[BY_START + 1] = 1.0, 1.0, 0.0, 0.0
     for d in range(2):
         state[d] = (u[d, at] - w[d]) / radius[at] if radius[at] > 0.0 else 0.0
-    # No cycle depends on a start: its column has the derivative of each angle by the first one.
+    # A cycle does not depend on a start: the column of the start holds the derivative of each angle by the first angle.
     rows.angle_slopes[0], rows.angle_slopes[0, column] = 0.0, 1.0
     n_slip, _, by_angle = _period(u, radius, w, at, rows, which, r_by, r_by_v, sampling, True, out)
     if n_slip == 0 or by_angle > 1.0 - MIN_CONTRACTION:
@@ -245,7 +248,7 @@ def _period(
 ) -> tuple[int, int, float]:  # fmt: skip
     """Move the slider w through one period, and record it; `at` is the instant of the last slip before.
 
-    Nothing comes before the first instant of the first period: a start beyond the limit is put on it.
+    The first instant of the first period has no predecessor: a start beyond the limit is put on the limit.
 
     Returns the number of slips, the instant of the last one, and the derivative of its angle by that before the period.
     """
@@ -255,7 +258,7 @@ def _period(
     for k in range(n):
         r = radius[k]
         e0, e1 = u[0, k] - w[0], u[1, k] - w[1]
-        if r <= 0.0 or e0 * e0 + e1 * e1 > r * r:  # without a limit the slider follows any motion, also one to come
+        if r <= 0.0 or e0 * e0 + e1 * e1 > r * r:  # without a limit the slider follows any motion, also a later one
             n_slip += 1
             if r_before > 0.0 and r > 0.0:
                 n0, n1, a0, a1, b0, b1, c_before, c = _slip(
@@ -287,7 +290,7 @@ def _period(
 
 @compiled
 def _across(state: Any, d: int) -> float:
-    """What w moves in direction d while the spring turns by dtheta: -r n_perp."""
+    """Derivative of w in direction d by the angle theta of the spring: a component of -r n_perp."""
     return float(state[RADIUS] * state[1] if d == 0 else -state[RADIUS] * state[0])
 
 
@@ -309,7 +312,7 @@ def _by_motion(d: int, rows: Any, count: int, r_by_v: Any, sampling: Any) -> Any
 
 @compiled
 def _weights(which: Any, count: int, rows: int, projected_sum: Any) -> Any:
-    """Sums of the projection over the instants of each trace, shape (rows, count); traces follow one another."""
+    """Sums of the projection over the consecutive instants of each slider state, shape (rows, count)."""
     weights, k = np.zeros((rows, count)), 0
     while k < len(which):
         end = k
@@ -327,9 +330,9 @@ def _slip(
 ) -> tuple[float, float, float, float, float, float, float, float]:
     """The spring at the end of a motion d that leaves the limit, its radius going from r_before > 0 to r > 0.
 
-    Returns its direction n and, for the angle by which that turns, the derivatives by both components of e; if wanted,
-    also those by d, by r_before and by r. The instant at which slip begins needs none: the spring turns alike just
-    before and after it.
+    Returns its direction n and the derivatives of its angle by both components of e; if `derive`, also those by d, by
+    r_before and by r. The derivative by the instant at which slip begins is zero: the spring turns at the same rate
+    just before and after it.
     """
     growth = r - r_before
     # |e + s d|^2 = (r_before + s growth)^2 at the onset: a s^2 + 2 b s + c = 0.
@@ -363,7 +366,7 @@ def _slip(
     else:
         mean = np.log(r / onset) / (r - onset)
 
-    # tan(delta / 2) = y / x, of the two forms of it the one without cancellation.
+    # tan(delta / 2) = y / x, in that of its two forms that has no cancellation.
     cosine, sine = p0 * m0 + p1 * m1, p0 * m1 - p1 * m0
     x, y = (1.0 + cosine, sine) if cosine > 0.0 else (sine, 1.0 - cosine)
     kappa = path * rest * mean
@@ -424,7 +427,7 @@ def _write_angle_slopes(
 
 @compiled
 def step_slopes(before: Any, after: Any, velocity: Any, slider: Any, parameters: Any, out: Any) -> None:
-    """See `hbsolve.joint_law.registry.CompiledLaw`; columns: both tangents and the normal after, ..., both sliders."""
+    """See `hbsolve.joint_law.registry.CompiledLaw`; columns: u after, velocities and u before (3 each), 2 sliders."""
     kt, kn, mu, preload, gap = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
     N_before, N = preload + kn * (before[2] - gap), preload + kn * (after[2] - gap)
     r_before, r = mu / kt * max(N_before, 0.0), mu / kt * max(N, 0.0)

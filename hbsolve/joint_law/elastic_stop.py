@@ -32,7 +32,7 @@ def force(
     kn, gap = parameters[0], parameters[1]
     unilateral(0, u[0], closed, n_open, reference[0], kn, 0.0, gap, -1, 0, 1, sampling, want, out)
     if n_open == n and reference[0] == 0.0:
-        out.active[0] = 0  # never touched: nothing there
+        out.active[0] = 0  # never touched: the Jacobian is zero
 
 
 FORCES.register(CompiledLaw(name="stop", force=force, instant=instant))

@@ -1,4 +1,4 @@
-r"""The paper's contact: a unilateral normal spring with one or two tangents, each with its own limit mu N.
+r"""The friction contact: a unilateral normal spring and one or two tangents, each with its own limit mu N.
 
 References
 ----------

@@ -1,7 +1,7 @@
-"""A contact with two tangents under one elliptic limit: the isotropic one in a stretched second tangent.
+"""A contact with two tangents under one elliptic limit: the isotropic contact with a stretched second tangent.
 
-In c u_2 with c = k_2 mu_1 / (k_1 mu_2) the limit is a circle of stiffness k_1 and friction mu_1, and T_2 is
-mu_2 / mu_1 times the second force there; see `reduction.joint_law.friction_ellipse`.
+With c u_2 in place of u_2, c = k_2 mu_1 / (k_1 mu_2), the limit is a circle of stiffness k_1 and friction mu_1, and T_2
+is mu_2 / mu_1 times the second force of that contact; see `reduction.joint_law.friction_ellipse`.
 """
 
 from typing import Any
@@ -14,7 +14,7 @@ from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
 
 #: Number of parameters of the isotropic contact: k_1, k_n, mu_1, N_0 and g, which come first.
 ISOTROPIC = 5
-#: Numbers of k_1, mu_1, k_2 and mu_2.
+#: Indices of the parameters k_1, mu_1, k_2 and mu_2.
 K_1, MU_1, K_2, MU_2 = 0, 2, 5, 6
 
 
@@ -45,10 +45,10 @@ def force(
 def _add_parameters(
     u: Any, c: float, share: float, D: float, parameters: Any, start: Any, by_multiplier: Any, sampling: Any, out: Any
 ) -> None:
-    """Turn derivatives of the isotropic contact by its parameters and starts to those of this one.
+    """Convert derivatives of the isotropic contact by its parameters and starts into those of the elliptic contact.
 
-    The derivative of its forces with respect to c follows from its Jacobian, so that only their harmonics are correct:
-    nothing else is used.
+    The derivative of the forces with respect to c follows from the Jacobian, so that only its harmonics are correct;
+    nothing else of it is used.
     """
     nh = sampling.evaluate.shape[0]
     x = np.dot(u, sampling.project)
@@ -67,7 +67,7 @@ def _add_parameters(
     ):
         for d in range(2):
             out.by_parameter[number, d] += c_by * by_c[d]
-        # All of the second force is multiplied by the share below.
+        # All derivatives of the second force are multiplied by `share` below.
         out.by_parameter[number, 1] += share_by / share * spring
     for number in range(len(parameters)):
         out.by_parameter[number, 1] *= share

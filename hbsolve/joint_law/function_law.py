@@ -1,14 +1,14 @@
 r"""A user's own law: its compiled function is called instant by instant, through periods, until its state repeats.
 
-A period takes the state w to F(w). Sliders repeat after two periods. A state that is forgotten slowly takes many, but
-F is as good as linear by then: with F' its Jacobian, all further periods together move the state by
+A period maps the state w to F(w). Sliders repeat after two periods. A state that decays slowly needs many, but F is
+then practically linear: with F' its Jacobian, all further periods together move the state by
 
 .. math:: \sum_{m \ge 0} F'^m\, r = (I - F' + P)^{-1} (I - P)\, r, \qquad r = F(w) - w, \qquad P = F'^{\,\infty} ,
 
 which is Newton's method if P = 0. P projects onto the part of the state that no period changes, such as a slider that
-sticks: it keeps its start. Derivatives are carried through all periods, and converge by the same sum. A state that
-still creeps after `MAX_PERIOD` periods is reported (`LawOutput.unsettled`). A start by multiplier is a position between
-Coulomb's limits, which these laws do not have: they then begin with a state of zeros.
+sticks: this part keeps its start. Derivatives are carried through all periods, and converge by the same sum. A state
+that still creeps after `MAX_PERIOD` periods is reported (`LawOutput.unsettled`). A start by multiplier is a position
+between Coulomb's limits, which these laws do not have: the state then starts at zero.
 """
 
 from typing import Any
@@ -19,13 +19,13 @@ from fe.compiled import compiled
 from hbsolve.joint_law.registry import JACOBIAN, PARAMETERS, SLIP, STICK
 from reduction.joint_law.function_pointer import call_step
 
-#: Periods at most.
+#: Largest number of periods.
 MAX_PERIOD = 200
-#: A state has settled when a period changes it by less than the first part of its largest value, which is round-off of
-#: a period; or by less than the second, where further periods do not come closer.
+#: Changes by a period, relative to the largest value of the state, below which it has settled: round-off of a period,
+#: and the limit where further periods do not reduce the change.
 SETTLED, ROUND_OFF = 1e-13, 1e-11
-#: P is F' after two to this power of periods: a part of the state that decays by less than 1e-7 per period has no cycle
-#: that double precision can resolve, and is kept.
+#: P is the product of F' over 2^DOUBLINGS periods: a part of the state that decays by less than 1e-7 per period has no
+#: cycle that double precision can resolve, and keeps its start.
 DOUBLINGS = 28
 
 
@@ -90,7 +90,7 @@ def force(
             if state[i] != begin[i]:
                 part = abs(state[i] - begin[i]) / largest[i]
                 changed = max(changed, part if np.isfinite(part) else np.inf)
-        if changed == np.inf and least < np.inf:  # a jump to where the law is not defined: iterate from there
+        if changed == np.inf and least < np.inf:  # extrapolated to where the law is not defined: only iterate
             state[:], S[:], least = last_state, last_S, 0.0
         elif changed <= SETTLED or (changed <= ROUND_OFF and changed >= least):
             break
@@ -105,7 +105,7 @@ def force(
         by_begin = S[:, :lead] - before
         by_begin += _further_periods(S[:, lead:], by_begin)
         traces[:, :lead] += np.dot(np.ascontiguousarray(traces[:, lead:]), by_begin)
-    # A joint that is its linear reference at every instant, such as one that sticks, has no rows.
+    # A joint with the slope of its linear reference at every instant, such as a sticking one, has no active rows.
     if not np.array_equal(traces[:, :nh], reference[0] * sampling.instants):
         out.active[0] = nh
         out.jacobian[0, :, :nh] = np.dot(sampling.project.T, np.ascontiguousarray(traces[:, :nh]))
@@ -125,7 +125,7 @@ def _period(
     address: int, u: Any, velocity: Any, omega: float, reference: Any, parameters: Any, sampling: Any, lead: int,
     derive: bool, with_parameters: bool, track: bool, state: Any, S: Any, traces: Any, largest: Any, out: Any,
 ) -> None:  # fmt: skip
-    """Move the state through a period, and S, what it changes by; `track` is whether that is wanted."""
+    """Move the state through a period and, if `track`, its derivatives S."""
     n, nh, s, p = u.shape[1], sampling.evaluate.shape[0], len(state), len(parameters)
     width = S.shape[1]
     count = (2 + s + (p if with_parameters else 0)) if track else 0
@@ -167,7 +167,7 @@ def _period(
 
 @compiled
 def _further_periods(F: Any, change: Any) -> Any:
-    """Sum of the changes of columns by all further periods; zero if it diverges."""
+    """Sum of the changes by all further periods, for each column of the last change; zero if it diverges."""
     size = len(F)
     kept = F.copy()
     for _ in range(DOUBLINGS):

@@ -1,6 +1,6 @@
 """A law without memory: forces over a period and their derivatives, from the force at one instant.
 
-A law gives its `instant`, see `hbsolve.joint_law.registry.CompiledLaw`, and `instant_law` makes all the rest of it.
+A law defines `instant`, see `hbsolve.joint_law.registry.CompiledLaw`, and `instant_law` makes the rest.
 """
 
 from collections.abc import Callable
@@ -11,13 +11,13 @@ import numpy as np
 from fe.compiled import compiled_template
 from hbsolve.joint_law.registry import JACOBIAN, PARAMETERS, SEPARATED, STICK, CompiledLaw
 
-# Each law has its own.
-#: Whether it reads displacement and velocity, and whether the joint is separated where its force is zero.
+# `instant_law` replaces these and `instant` for each law.
+#: Whether the law reads displacement and velocity, and whether the joint is separated where its force is zero.
 USES_DISPLACEMENT, USES_VELOCITY, OPENS = True, False, False
 
 
 def instant(u: float, velocity: float, parameters: Any, slope: Any) -> float:
-    """Stands for the force of a law at one instant."""
+    """Placeholder for the force of a law at one instant."""
     raise NotImplementedError
 
 
@@ -68,7 +68,7 @@ def instant_law(
     uses_velocity: bool = False,
     opens: bool = False,
 ) -> CompiledLaw:
-    """A law with one direction from its compiled `instant`, as part of the module of this one.
+    """Make a law with one direction from its compiled `instant`, as part of the module of `instant`.
 
     `opens` is whether the joint is separated where its force is zero, such as a stop.
     """

@@ -2,7 +2,7 @@ r"""The friction of Canudas de Wit and others along a straight path from instant
 
 .. math:: z_1 = s \bar r + (z_0 - s \bar r)\, e^{-|\Delta u| / \bar r}, \qquad s = \operatorname{sgn} \Delta u
 
-with :math:`\bar r` the mean of :math:`r = g / \sigma_0` at both instants. The states are u - z and the r of the first.
+with :math:`\bar r` the mean of :math:`r = g / \sigma_0` at both instants. The states are u - z, and r at the first.
 """
 
 from math import exp, expm1
@@ -30,7 +30,7 @@ def step(
         -by_fall, -reach / stiffness, (1.0 - fall) / stiffness, fall / stiffness, by_fall * velocity / stribeck,
     )  # fmt: skip
 
-    # Nothing comes before the first instant of all.
+    # The first instant of the first period has no earlier r.
     weight = 0.5 if state[1] > 0.0 else 0.0
     mean = weight * state[1] + (1.0 - weight) * reach
     sign = 1.0 if after >= before else -1.0

@@ -16,10 +16,10 @@ def parallel_sliders(
 ) -> None:  # fmt: skip
     """Write the force of one direction, see `hbsolve.joint_law.registry`.
 
-    `spring` and `reach` are stiffness [N/m] and displacement at slip [m] of each, shape (s,), `spring_by` and
-    `reach_by` their derivatives by each parameter, shape (s, p); `beyond` is the stiffness of all of them, and of
-    springs beside them, less the reference [N/m]. The joint slips where the slider of the largest reach does, and with
-    it all others (macro-slip).
+    `spring` and `reach` are stiffness [N/m] and displacement at slip [m] of each slider, shape (s,), `spring_by` and
+    `reach_by` their derivatives by each parameter, shape (s, p); `beyond` is the stiffness of all sliders, and of
+    springs in parallel to them, less the reference [N/m]. The joint slips where the slider of the largest reach slips,
+    and with it all others (macro-slip).
     """
     n = u.shape[1]
     event, sign, closed, active = np.empty(n, np.int64), np.empty(n), np.ones(n, np.int64), 0
@@ -31,7 +31,7 @@ def parallel_sliders(
         slide(u[0], np.full(n, reach[i]), 1.0, start[i], by_multiplier[i], w, event, sign)
         for k in range(n):
             out.force[0, k] += own * (u[0, k] - w[k])
-        for k in range(n if i == last else 0):  # where this one slips, all do
+        for k in range(n if i == last else 0):  # where this slider slips, all slip
             out.status[0, k] = state(k, event[k], 1)
         if want >= JACOBIAN:
             tangent_jacobian(0, 0, event, sign, closed, own, own, 0.0, by_multiplier[i], sampling, out)

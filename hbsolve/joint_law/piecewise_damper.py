@@ -1,4 +1,4 @@
-"""A damper of straight pieces."""
+"""A damper with a piecewise linear force."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""A one-sided spring of straight pieces."""
+"""A one-sided spring with a piecewise linear force."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""A sum of ramps that begin at evenly spaced points: a force of straight pieces."""
+"""A sum of ramps that begin at evenly spaced points: a piecewise linear force."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from fe.compiled import compiled
 def sum_ramps(x: float, parameters: Any, slope: Any) -> tuple[float, float]:
     """Force at x and its slope by x, with `parameters` the width of a piece, then the changes of slope.
 
-    `slope`, zeros, is filled with the derivatives by all of them.
+    `slope`, which arrives as zeros, receives the derivatives by all parameters.
     """
     force, steep = 0.0, 0.0
     for piece in range(len(parameters) - 1):

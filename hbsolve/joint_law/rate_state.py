@@ -1,6 +1,6 @@
 r"""A law whose state follows a rate equation: the cycle in which its state repeats every period, and its derivatives.
 
-A law gives one step from an instant to the next, `step` below, and `rate_law` adds the rest. The first state is the
+A law defines one step from an instant to the next, `step` below, and `rate_law` makes the rest. The first state is the
 position of a slider; the others are reset at each instant. A period maps the slider w to F(w), and F' is the product of
 the derivatives of the steps with respect to it, between 0 and 1. Newton's method finds the cycle :math:`w = F(w)` in a
 few periods, also for F' near 1, and in the cycle :math:`dw = F' dw + b`, with b the change of a period that begins with
@@ -16,33 +16,34 @@ import numpy as np
 from fe.compiled import compiled_template
 from hbsolve.joint_law.registry import JACOBIAN, PARAMETERS, SLIP, STICK, CompiledLaw
 
-#: Largest number of periods; a state that still creeps after these by more than the second number below is reported.
+#: Largest number of periods.
 MAX_PERIOD = 100
-#: A state has settled when a period changes it by less than the first part of its largest value: round-off of a period.
+#: Changes by a period, relative to the largest value of the state: round-off, below which the state has settled, and
+#: the limit above which it is reported after `MAX_PERIOD` periods.
 SETTLED, ROUND_OFF = 1e-13, 1e-11
 #: Least 1 - F' of a cycle that double precision can resolve.
 STILL = 1e-7
-#: A slider that follows the motion by more than this share slips.
+#: Derivative of the slider by the displacement from which on the slider counts as slipping.
 FOLLOWS = 0.5
 
 
 def step(before: float, after: float, velocity: float, state: Any, parameters: Any, value: Any, slope: Any) -> None:
-    """Stands for the step of a law.
+    """Placeholder for the step of a law.
 
     Parameters
     ----------
     before, after
         Displacements at both instants [m].
     velocity
-        At the second [m/s]; 0 for a law that does not use it.
+        Velocity at the second instant [m/s]; 0 for a law that does not use it.
     state
-        Before the step, shape (s,).
+        State before the step, shape (s,).
     parameters
         Parameters of the joint, shape (p,).
     value
-        Filled: the force [N] and the state after the step, shape (1 + s,).
+        Output: the force [N] and the state after the step, shape (1 + s,).
     slope
-        Filled: derivatives of both, shape (1 + s, 3 + s + p), by the displacement after, the velocity, the displacement
+        Output: derivatives of both, shape (1 + s, 3 + s + p), by the displacement after, the velocity, the displacement
         before, each state and each parameter. It arrives as zeros.
     """
 
@@ -52,7 +53,7 @@ def period(
     u: Any, velocity: Any, omega: float, reference: Any, parameters: Any, sampling: Any, state: Any, S: Any,
     traces: Any, out: Any,
 ) -> None:  # fmt: skip
-    """Move the state through a period, and its derivatives S, in one column or in those of `force`."""
+    """Move the state and its derivatives S through a period; S has one column, or those of `force`."""
     n, s, p, nh, width = u.shape[1], len(state), len(parameters), sampling.evaluate.shape[0], S.shape[1]
     value, slope, moved = np.empty(1 + s), np.empty((1 + s, 3 + s + p)), np.empty((s, width))
     for k in range(n):
@@ -118,7 +119,7 @@ def force(
     # Columns: coefficients of u, parameters, Omega, the first state at the start of the period.
     width = nh + p + 2
     S, traces = np.zeros((s, width)), np.zeros((n, width))
-    for _ in range(1 if s == 1 else 2):  # the second time, the other states come from the period before
+    for _ in range(1 if s == 1 else 2):  # in the second pass, the other states come from the period before
         state[0] = first
         S[0] = 0.0
         S[0, width - 1] = 1.0
@@ -152,7 +153,7 @@ def step_slopes(before: Any, after: Any, velocity: Any, slider: Any, parameters:
 
 
 def rate_law(name: str, step: Callable[..., None], *, uses_velocity: bool = False) -> CompiledLaw:
-    """A law with one direction from its compiled `step`, as part of the module of this one."""
+    """Make a law with one direction from its compiled `step`, as part of the module of `step`."""
     module = step.__module__
     return CompiledLaw(
         name=name,

@@ -10,9 +10,11 @@ u, velocity
 omega
     Omega [rad/s].
 reference
-    Stiffness of each direction that is part of the linear structure, D in eq. 12, shape (d,) [N/m]. All that the law
-    writes is about f - D u: for a stuck or closed contact that is a constant, which costs nothing.
-parameters :
+    Stiffness of each direction that is part of the linear structure, D in eq. 12, shape (d,) [N/m]. The law writes
+    f - D u and its derivatives: for a stuck or closed contact f - D u is constant and costs nothing.
+
+Parameters
+----------
     Values of `Joint.parameters`, in their order, shape (n_parameter,).
 start, by_multiplier
     Slider positions at the first instant [m], or multipliers m of eq. 11 where the flag is set, shape (n_slider,).
@@ -40,32 +42,32 @@ import numpy as np
 from geometry.registry import Registry
 from reduction.array_type import Real, Whole
 
-# Numbers of numpy, for which numba does not compile every law once for each of the three.
+# NumPy integers: numba compiles a law once for their type, not once for each of the three values.
 FORCE, JACOBIAN, PARAMETERS = cast("tuple[int, int, int]", tuple(np.arange(3)))
-#: Most directions that a joint may have.
+#: Largest number of directions of a joint.
 MAX_DIRECTION = 3
-#: A slip of less than this share of the limit and of the displacement is round-off: a slider that sticks after it was
-#: dragged touches its limit to the last digits.
+#: Slip, relative to the limit and the displacement, that counts as round-off: a slider that sticks after slip is on its
+#: limit to the last digits.
 TOUCH = 1e-10
 #: State of a contact at an instant.
 STICK, SLIP, SEPARATED = 0, 1, 2
 
 
 class LawOutput(NamedTuple):
-    """Where a law writes; nh = 2 H + 1, n instants."""
+    """Output of a law; nh = 2 H + 1, n instants."""
 
     force: Real
     """f - D u at each instant, shape (d, n) [N]."""
     jacobian: Real
-    """Of the coefficients of `force` with respect to those of u, shape (d, nh, 3 nh) [N/m]."""
+    """Jacobian of the coefficients of `force` with respect to those of u, shape (d, nh, 3 nh) [N/m]."""
     active: Whole
     """Leading rows of each direction's Jacobian that are not zero: 0, 1 (the mean alone) or nh, shape (d,)."""
     by_parameter: Real
     """Derivative of `force` with respect to each parameter, shape (p, d, n)."""
     by_start: Real
-    """... to each slider's position (or multiplier) at the start, shape (s, d, n)."""
+    """Derivative of `force` with respect to each slider's position (or multiplier) at the start, shape (s, d, n)."""
     by_frequency: Real
-    """... to Omega, shape (d, n)."""
+    """Derivative of `force` with respect to Omega, shape (d, n)."""
     slider: Real
     """Slider positions at each instant, shape (s, n) [m]."""
     status: Whole
@@ -79,18 +81,18 @@ class CompiledLaw:
     """A law of the balance."""
 
     name: str
-    """`Joint.force_law`."""
+    """Name of the law, as in `Joint.force_law`."""
     force: Callable[..., Any]
-    """The compiled function."""
+    """Compiled function of the signature above."""
     instant: Callable[..., Any] | None
-    """For laws without memory: the compiled force at one instant, ``instant(u, velocity, parameters, slope)``, which
-    fills `slope` with the derivatives by u, velocity and each parameter; none for laws with memory."""
+    """Compiled force of a law without memory at one instant, ``instant(u, velocity, parameters, slope)``, which fills
+    `slope` with the derivatives by u, velocity and each parameter; none for laws with memory."""
     step_slopes: Callable[..., Any] | None = None
-    """For laws with memory: derivatives of a step from one instant to the next,
+    """Derivatives of a law with memory for a step from one instant to the next,
     ``step_slopes(before, after, velocity, slider, parameters, out)``, with displacements at both instants, shape (d,),
-    velocities at the second, and sliders before. It fills `out`, shape (d + s, 3 d + s), which arrives as zeros: rows
-    the forces and sliders after the step, columns the displacements after, the velocities, the displacements before,
-    and the sliders before; none for laws without memory."""
+    velocities at the second, and sliders before. It fills `out`, shape (d + s, 3 d + s), which arrives as zeros. Rows:
+    the forces and sliders after the step. Columns: the displacements after, the velocities, the displacements before,
+    and the sliders before. None for laws without memory."""
     uses_velocity: bool = False
     """Whether `force` reads the velocity."""
 
@@ -103,7 +105,7 @@ def _lacking_slopes(law: CompiledLaw) -> str | None:
     return None
 
 
-#: Forces of the product's own laws; a user's law has a function instead, `reduction.joint_law.function_law`.
+#: Forces of the laws of this program; a user's law has a function instead, `reduction.joint_law.function_law`.
 FORCES: Registry[CompiledLaw] = Registry(
     "contact force",
     package="hbsolve.joint_law",

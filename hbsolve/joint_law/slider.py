@@ -2,13 +2,14 @@ r"""The slider of one tangent: predictor, corrector and the trace from which all
 
 .. math:: T = k_t (u - w), \qquad w \leftarrow \min(\max(w, u - \mu N / k_t), u + \mu N / k_t)
 
-The slider of an instant was put there by the last slip before, at instant j with sign s,
+The position of the slider was set by the last slip, at instant j with sign s,
 
 .. math:: w = u_j - s \mu N_j / k_t,
 
-or has never moved. Without a limit it follows any motion, also one that is still to come (s = 0). Two periods are
-enough: a period clips w to an interval, or leaves it at one value, and does the same the second time, so that the
-second period is periodic to the last digit. From the first slip that both share, the second is the first.
+or is that of the start if it has never moved. Without a limit the slider follows any motion, also a later one (s = 0).
+Two periods are enough: a period clips w to an interval, or leaves it at one value, and does the same the second time,
+so that the second period is periodic to the last digit. From the first slip that both periods share, the second repeats
+the first.
 
 References
 ----------
@@ -31,8 +32,8 @@ def slide(
 ) -> None:
     """Follow the slider over two periods and record the second.
 
-    `limit` is mu N, shape (n,). `event` receives j, -1 for a slider that has not moved since the start; `sign` s,
-    which for a start by multiplier is the multiplier itself.
+    `limit` is mu N, shape (n,). `event` receives j, or -1 for a slider that has not moved since the start; `sign`
+    receives s, or the multiplier for a start by multiplier that has not moved.
     """
     n, r = len(u), limit / stiffness
     z, j, s = start, -1, 0.0
@@ -45,7 +46,7 @@ def slide(
                 z, j, s = low, k, 1.0
             elif z > high:
                 z, j, s = high, k, -1.0
-            elif r[k] <= 0.0:  # nothing holds it, whether it moves or not
+            elif r[k] <= 0.0:  # without a limit it follows any motion, also a later one
                 z, j, s = u[k], k, 0.0
             if period and j == k and event[k] == k and sign[k] == s:
                 return
@@ -62,10 +63,10 @@ def write_slider(
     """Follow one tangent and write its force beyond D u, the slider and its state; arguments as of `slide`."""
     w, force, status = out.slider[tangent], out.force[tangent], out.status[tangent]
     slide(u, limit, stiffness, start, by_multiplier, w, event, sign)
-    # A slider that every period puts to the same place only touches its limit there.
+    # A slider that every period puts to the same position, at one instant, only touches its limit.
     before = event[-1]
     for k in range(len(u)):
-        # The stretch of a stiff spring is lost in round-off: where it slips, its force is known.
+        # The stretch of a stiff spring is lost in round-off; where the slider slips, the force is its limit.
         if event[k] == k and before != k:
             force[k] = sign[k] * limit[k] - reference * u[k]
         else:

@@ -1,4 +1,4 @@
-"""Structural damping of a joint: force with the displacement, against the velocity."""
+"""Structural damping of a joint: a force that grows with the displacement and has the sign of the velocity."""
 
 from math import log, pi, tanh
 from typing import Any

@@ -18,7 +18,7 @@ from hbsolve.sampling import add_products, add_sums
 
 @compiled
 def normal_force(v: Any, stiffness: float, preload: float, gap: float, N: Any, closed: Any) -> int:
-    """Fill N and closed (1 or 0), both of shape (n,); returns how many instants are open."""
+    """Fill N and `closed` (1 or 0), both of shape (n,); return the number of open instants."""
     n_open = 0
     for k in range(len(v)):
         N[k] = preload + stiffness * (v[k] - gap)
@@ -35,9 +35,9 @@ def unilateral(
     direction: int, v: Any, closed: Any, n_open: int, reference: float, stiffness: float, preload: float, gap: float,
     preload_at: int, stiffness_at: int, gap_at: int, sampling: Any, want: int, out: Any,
 ) -> None:  # fmt: skip
-    """Write N - D v of one direction; the `_at` are the numbers of the parameters, negative for none."""
+    """Write N - D v of one direction; arguments `..._at` are indices of parameters, negative for none."""
     n, nh = len(v), sampling.evaluate.shape[0]
-    # Where the stiffness is D, a closed contact has the same force at all instants, to the last digit.
+    # Where the stiffness is D, N - D v of a closed contact is the same at all instants, to the last digit.
     beyond, at_zero = stiffness - reference, preload - stiffness * gap
     force = out.force[direction]
     for k in range(n):

@@ -14,7 +14,7 @@ from hbsolve.joint_law.hysteretic_joint import add_shape, begin, finish
 from hbsolve.joint_law.rate_state import rate_law
 from hbsolve.joint_law.registry import FORCES
 
-#: Steps of Newton's method at most: it comes from one side, and is there after fewer than ten.
+#: Largest number of Newton steps; the method converges from one side, in fewer than ten.
 MAX_NEWTON = 60
 
 
@@ -36,7 +36,7 @@ def step(
         if abs(move) <= 1e-15 * (1.0 + abs(w)):
             break
     left, left0 = exp(-w), exp(-w0)
-    # dr by the constant of the equation.
+    # Derivative of r by the constant of the equation.
     by = left / (1.0 - a + a * left)
     finish(
         after, sign, reach, start, x, -expm1(-w), by * (1.0 - a + a * left0) / left0, by, parameters, value, slope

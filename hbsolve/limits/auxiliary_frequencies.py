@@ -1,7 +1,7 @@
 """Frequencies that a search adds to the requested ones.
 
-A state at one frequency can often be reached only from another one: branches that begin at the resonance of a slipping
-contact end far from it, and no search at their end finds them. So limits are also searched for at some frequencies
+A state at one frequency can often be reached only from another frequency: branches that begin at the resonance of a
+slipping contact end far from it, and no search at their end finds them. So limits are also sought at some frequencies
 between the requested ones and the next resonance. Resonances lie between those of the structure without its joints and
 those with all joints stuck and closed.
 """
@@ -15,23 +15,23 @@ from fe.dense_modes import compute_dense_modes
 from hbsolve.balance import HarmonicBalance
 from reduction.array_type import Real, Whole
 
-#: Frequencies beyond these shares of the requested ones are not searched [-].
+#: Lowest and highest frequency searched, relative to the lowest and the highest requested one [-].
 BELOW, ABOVE = 0.75, 1.33
-#: The search extends beyond a resonance by this share of it, so that a branch is reached from both sides [-].
+#: The search extends beyond a resonance by this fraction of it, so that a branch is reached from both sides [-].
 PASSED_SHARE = 0.03
 
 
 class SearchedFrequencies(NamedTuple):
-    """Frequencies at which limits are searched for."""
+    """Frequencies at which limits are sought."""
 
     angular_frequency: Real
-    """Ascending, shape (f,) [rad/s]."""
+    """Omega, ascending, shape (f,) [rad/s]."""
     requested: Int[Whole, " a"]
-    """Indices of the requested ones, shape (a,)."""
+    """Indices of the requested frequencies, shape (a,)."""
 
 
 def add_auxiliary_frequencies(balance: HarmonicBalance, angular_frequency: Real, fewest: int) -> SearchedFrequencies:
-    """Frequencies requested, ascending, and evenly spaced ones about them up to a number of all of them [rad/s]."""
+    """Requested frequencies, ascending [rad/s], with evenly spaced ones about them up to `fewest` in total."""
     missing = fewest - len(angular_frequency)
     low, high = _window(balance, angular_frequency)
     if missing <= 0 or high <= low:

@@ -16,9 +16,9 @@ from hbsolve.limits.point import LimitPoint
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.sliders import multipliers
 
-#: Steps, in lengths of the intervals.
+#: Radii of the steps, in lengths of the intervals.
 RADII = (0.05, 0.0125, 0.003)
-#: A neighbour's state that is worse by more than this share when continued to here is on another branch of optima.
+#: Relative loss above which the state of a neighbour, continued to this frequency, is on another branch of optima.
 JUMP = 0.01
 
 
@@ -27,7 +27,7 @@ Certificate: TypeAlias = dict[str, Any]
 
 
 def certify(curve: LimitCurve, indices: Sequence[int], best: Optima) -> dict[LimitKey, Certificate]:
-    """Certificates at the frequencies of these indices; `best` also has the neighbours of the first and the last."""
+    """Certificates at the frequencies of `indices`; `best` also has the neighbours of the first and the last."""
     result = {}
     for key in ((index, side) for index in indices for side in LimitSide if (index, side) in best):
         # A single state has no other branches.
@@ -70,7 +70,7 @@ def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: boo
 
 
 def _is_one(best: Optima, index: int) -> bool:
-    """Whether both limits differ by less than a jump."""
+    """Whether both limits differ by no more than `JUMP`."""
     if any((index, side) not in best for side in LimitSide):
         return False
     lower, upper = (best[index, side].value for side in LimitSide)
@@ -78,7 +78,7 @@ def _is_one(best: Optima, index: int) -> bool:
 
 
 def _jumps(curve: LimitCurve, best: Optima, key: LimitKey, step: int) -> bool:
-    """Whether the continuation of a neighbour's state misses this one."""
+    """Whether the continuation of a neighbour's state does not reach this optimum."""
     (index, side), optimum, point = key, best[key], curve.point(key[0])
     worse = JUMP * max(abs(optimum.value), point.measure.least)
     if side * (optimum.value - optimum.followed.get(step, -side * np.inf)) <= worse:

@@ -3,7 +3,7 @@ r"""The small linear programme of one step of the local search.
 .. math:: \max c \cdot d, \qquad A d \le b, \qquad -l \le d \le u, \qquad b, l, u \ge 0
 
 by the simplex method with bounded variables, from the vertex d = p - q with p = q = 0: it is feasible, and so is every
-vertex after it. A program of 28 sliders takes a fraction of a millisecond here, several in a library.
+vertex after it. A programme of 28 sliders takes a fraction of a millisecond, in a library several milliseconds.
 
 References
 ----------
@@ -16,7 +16,7 @@ import numpy as np
 
 from fe.compiled import compiled
 
-#: Reduced costs and pivots below these are zero; rows and costs are scaled to one by the caller.
+#: Reduced costs and pivots below these count as zero; rows and costs are scaled to one by the caller.
 FLAT, PIVOT = 1e-9, 1e-10
 #: Largest number of exchanges; the step is feasible after any of them.
 MAX_EXCHANGE = 400
@@ -27,7 +27,7 @@ def best_step(c: Any, A: Any, b: Any, lower: Any, upper: Any) -> Any:
     """The step d, shape (n,)."""
     m, n = A.shape
     columns = 2 * n
-    # Rows are the basic variables, and last the costs; slacks have the numbers from 2 n.
+    # Rows: basic variables, then the costs. Slack variables are numbered from 2 n on.
     T = np.empty((m + 1, columns))
     T[:m, :n], T[:m, n:] = A, -A
     T[m, :n], T[m, n:] = c, -c
@@ -36,7 +36,7 @@ def best_step(c: Any, A: Any, b: Any, lower: Any, upper: Any) -> Any:
     most = np.full(columns + m, np.inf)
     most[:n], most[n:columns] = upper, lower
     basic, loose = np.arange(m) + columns, np.arange(columns)
-    # A variable at its upper bound is replaced by its distance from there.
+    # A variable at its upper bound is replaced by its distance from this bound.
     mirrored = np.zeros(columns + m, np.bool_)
     for _ in range(MAX_EXCHANGE):
         enter = np.argmax(T[m])
@@ -50,7 +50,7 @@ def best_step(c: Any, A: Any, b: Any, lower: Any, upper: Any) -> Any:
             elif slope < -PIVOT and (most[basic[i]] - value[i]) / -slope < step:
                 step, leave, to_upper = (most[basic[i]] - value[i]) / -slope, i, True
         if leave < 0:
-            # From one bound to the other.
+            # The variable goes from one bound to the other.
             value -= T[:, enter] * step
             T[:, enter] *= -1.0
             mirrored[loose[enter]] = not mirrored[loose[enter]]

@@ -7,11 +7,11 @@ to first order. The step solves
           w_\mathrm{high}' d, \qquad |w + d - w_\mathrm{nominal}| \le w_\mathrm{max}, \qquad |d| \le \Delta\, r
 
 with r the lengths of the intervals; then the steady state of the new sliders is computed, and an improving step is
-accepted. Limits lie at kinks, where contacts begin to slip or lift off: a vertex follows the bounds along them, while a
-gradient step would end at each.
+accepted. Limits lie at kinks, where contacts begin to slip or lift off: a vertex of the programme follows the bounds
+along them, while a gradient step would end at each.
 
-The derivatives are exact, by the implicit function theorem: the start w of a slider that sticks is a constant force
--k_t w in g, so with L the Jacobian of g
+The derivatives are exact, by the implicit function theorem: the start w of a slider that sticks gives the constant
+force -k_t w in g, so that with L the Jacobian of g
 
 .. math:: (I + A L)\, \frac{dx}{dw} = A\, k_t\, e_0, \qquad (I + L A)\, y = L A\, k_t\, e_0,
           \qquad \frac{dx}{dw} = A\, (k_t\, e_0 - y), \qquad \frac{dg}{dw} = y - k_t\, e_0 .
@@ -32,20 +32,21 @@ from hbsolve.limits.point import STRICT_RATIO, LimitPoint, TrialState
 from hbsolve.linearised import active_rows, small_matrix
 from reduction.array_type import Real, Whole
 
-#: First and largest radius of the trust region, in lengths of the intervals, and the least one.
+#: First, largest and least radius of the trust region, in lengths of the intervals.
 RADIUS, LARGEST, SMALLEST = 0.5, 1.0, 1e-3
-#: Realised over predicted gain: accepted above the first; the region shrinks below the second, grows above the third.
+#: Realised over predicted gain: least for a step to be accepted; the region shrinks below the second, grows above the
+#: third.
 ACCEPT, POOR, GOOD = 0.1, 0.3, 0.7
 REJECTED, SHRINK, GROW = 0.4, 0.5, 2.0
 #: The search ends after two steps with less than this relative gain, or if less than a tenth of it is predicted.
 GAIN = 1e-4
 MAX_STEP = 20
-#: Least scale of an interval, as a share of their mean, so that a narrow one does not freeze the others.
+#: Least scale of an interval, relative to the mean length, so that a narrow interval does not freeze the others.
 NARROW = 0.05
 
 
 class LimitSide(IntEnum):
-    """Which limit."""
+    """Side of a limit, the sign of its objective."""
 
     LOWER = -1
     UPPER = 1
@@ -63,7 +64,7 @@ class SliderDerivative:
     """Derivative of the motion, shape (d, nh, n) [-]."""
     low: Float[Real, "n n"]
     high: Float[Real, "n n"]
-    """Derivatives of the ends of their intervals, shape (n, n) [-]."""
+    """Derivatives of the ends of the intervals, shape (n, n) [-]."""
 
 
 def compute_slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
@@ -114,13 +115,13 @@ class LinearProgramme:
     length: Real
     """Lengths of the intervals, shape (n,) [m]."""
     cost: Real
-    """Gain by a move of each slider by its length, shape (n,)."""
+    """Gain by a move of each slider by the length of its interval, shape (n,)."""
     rows: Real
     bound: Real
-    """Of both ends of the intervals, shapes (2 n, n) and (2 n,)."""
+    """Constraints by both ends of the intervals, shapes (2 n, n) and (2 n,)."""
     down: Real
     up: Real
-    """Largest move of each slider in the box, in lengths, shape (n,)."""
+    """Largest move of each slider in the box, in lengths of its interval, shape (n,)."""
 
     def step(self, radius: float) -> tuple[Float[Real, " n"], float]:
         """The best move of the undetermined sliders [m] and its predicted gain."""
@@ -158,7 +159,7 @@ def linear_step(point: LimitPoint, trial: TrialState, side: LimitSide) -> Linear
 def take_step(
     point: LimitPoint, trial: TrialState, linear: LinearProgramme, step: Float[Real, " n"]
 ) -> TrialState | None:
-    """The steady state after a step, with the predicted motion as the start, else the previous one."""
+    """The steady state after a step, from the predicted motion, else from the previous motion; None if both fail."""
     w = trial.initial_slider.copy()
     w[linear.derivative.undetermined] += step
     stepped = point.settle(trial.motion + linear.derivative.motion @ step, w)

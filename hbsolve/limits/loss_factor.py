@@ -1,14 +1,14 @@
-r"""The loss factor of eq. 10, the paper's objective, and the limits by it.
+r"""The loss factor of eq. 10 as an objective, and the amplitude at its limits, as in the paper below.
 
 .. math:: \eta = \frac{\Delta W_\mathrm{dis}}{2 \pi U_\mathrm{pot}}
 
-In a steady state the work of the excitation is the dissipation, and it is linear in the motion; U_pot is the largest
-potential energy of the vibration over the period, in the structure and in the springs of the contacts
+In a steady state the work of the excitation equals the dissipation, and it is linear in the motion; U_pot is the
+largest potential energy of the vibration over the period, in the structure and in the springs of the contacts
 (`hbsolve.energy`). Both are functions of the joint forces g, since q = q_lin - alpha B^T g.
 
 The paper seeks the extremes over multipliers m in [-1, 1] of eq. 11, T = m mu N at the first instant. This is Coulomb's
-cone itself and bounds no slider: every sticking state has such an m. So the paper's limits are those of the loss factor
-over all slider positions, without a box.
+cone itself and does not bound the sliders: every sticking state has such an m. So the limits of the paper are those of
+the loss factor over all slider positions, without a box.
 
 References
 ----------
@@ -75,33 +75,33 @@ class LossMeasure:
     balance: HarmonicBalance
     recovery: Recovery
     work: Array
-    """Work in a period at level 1 is the real part of its product with q, shape (H + 1, r) [N]."""
+    """Factor of q: the real part of the product is the work in a period at level 1, shape (H + 1, r) [N]."""
     normal: Whole
     """Directions of unilateral normal springs, shape (c,)."""
     at_zero: Real
-    """Normal force of each at v = 0, negative where it is open, shape (c,) [N]."""
+    """Force of each normal spring at v = 0, negative where it is open, shape (c,) [N]."""
     least: float = float(np.finfo(float).tiny)
 
     def _energies(self, level: float, x: Real, g: Real) -> tuple[float, float, int, Real, Real, Real, Real]:
-        """Work, U_pot, its instant, and the quantities for its derivatives.
+        """Work, U_pot, its instant, and quantities for its derivatives at that instant.
 
         These are the vibration of the structure, that of the tangential forces (0 for normals), and for the normal
-        springs their force beyond that at the mean displacement, and the force of the vibration on the tangent there.
+        springs their force beyond that at the mean displacement, and its linearisation about the mean displacement.
         """
         recovery = self.recovery
         joint_response = (recovery.contact @ complex_from_real(g)[..., None])[..., 0]
         q = recovery.static + level * recovery.dynamic - joint_response
         work = level * float((self.work * q).real.sum())
         n = self.balance.n_sample
-        # Sampled at the balance's instants, without the mean.
+        # Vibration at the instants of the balance.
         turned = np.exp(2j * np.pi * np.outer(np.arange(n), np.arange(1, len(q))) / n)
         moved = (turned @ q[1:]).real
-        springs = self.balance.table.reference  # stiffness of each direction: that of a contact is its reference
+        springs = self.balance.table.reference  # of a contact, the reference is the stiffness of its springs
         force = (g + springs[:, None] * x)[:, 1:] @ self.balance.sampling.evaluate[1:]
         stored = 0.5 * np.einsum("nr,nr->n", moved @ self.balance.system.stiffness, moved)
         force[self.normal] = 0.0
         stored = stored + 0.5 * (force**2 / springs[:, None]).sum(axis=0)
-        # Of the normal springs about the mean displacement, see `hbsolve.energy`.
+        # Energy of the normal springs about the mean displacement, see `hbsolve.energy`.
         k, mean = springs[self.normal, None], x[self.normal, :1]
         v = x[self.normal] @ self.balance.sampling.evaluate
         N, held = (np.maximum(self.at_zero[:, None] + k * item, 0.0) for item in (v, mean))
@@ -143,12 +143,12 @@ class LossMeasure:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LossFactorLimits:
-    """Limits of an output at extreme loss factors: those of Ferhatoglu, Botto and Zucca."""
+    """Amplitudes of an output at extreme loss factors, the limits of Ferhatoglu, Botto and Zucca."""
 
     loss_factor: ResponseLimits
     """Least and largest loss factor, with their states and certificates."""
     amplitude: Float[Real, "2 l f"]
-    """Amplitude of the output there: first at the largest eta, the paper's lower limit, then at the least, its upper
+    """Amplitude of the output: first at the largest eta, the lower limit of the paper, then at the least, its upper
     limit, shape (2, l, f) [m]."""
 
 
@@ -164,7 +164,7 @@ def loss_factor_limits(
 ) -> LossFactorLimits:
     """Amplitude of an output at extreme loss factors, eqs 9-12.
 
-    They bound the amplitude at resonance only; see `docs/response_limits.md`.
+    These bound the amplitude at resonance only; see `docs/response_limits.md`.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def loss_factor_limits(
     output
         Output whose amplitude is given.
     nominal, reach
-        A box for the sliders; the paper has none.
+        Box for the sliders, as in `limit_problem`; by default without bounds, as in the paper.
     """
     problem = limit_problem(balance, LossFactor(), nominal=nominal, reach=reach)
     output.check(balance)

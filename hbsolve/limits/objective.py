@@ -25,7 +25,7 @@ from hbsolve.state import check_harmonic, make_initial_sliders
 from reduction.array_input import check_finite_array
 from reduction.array_type import Array, Real, Whole
 
-#: Least reference for relative gains of a force or a mean, as a share of its size by friction and loads at rest.
+#: Least reference for relative gains of a force or a mean, relative to its size by friction and loads at rest.
 MIN_RELATIVE_SIZE = 0.01
 
 
@@ -38,7 +38,7 @@ class Measure(Protocol):
         ...
 
     def value(self, level: float, x: Real, g: Real) -> float:
-        """The number."""
+        """Value of the number."""
         ...
 
     def slopes(self, level: float, x: Real, g: Real) -> tuple[Real, Real]:
@@ -47,10 +47,10 @@ class Measure(Protocol):
 
 
 class Objective(Protocol):
-    """What is bounded."""
+    """Quantity whose limits are sought."""
 
     def check(self, balance: HarmonicBalance) -> None:
-        """Refuse an objective that the system does not have."""
+        """Refuse (`BalanceError`) an objective that the system does not have."""
         ...
 
     def measure(self, balance: HarmonicBalance, condensed: Condensed) -> Measure:
@@ -60,11 +60,11 @@ class Objective(Protocol):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LinearMeasure:
-    """A harmonic k of z above, or its mean for k = 0."""
+    """Amplitude of harmonic k of z above, or its mean for k = 0."""
 
     harmonic: int
     static: complex
-    """c at rest; the rest of it grows with the level."""
+    """Part of c at rest; the other part is `dynamic` times the level."""
     dynamic: complex
     by_motion: Array
     """p, shape (d,)."""
@@ -107,10 +107,10 @@ class OutputHarmonic:
     row
         A degree of freedom, or weights over all of them, shape (r,).
     harmonic
-        The fundamental by default; 0 for the mean [-].
+        Harmonic k, the fundamental by default; 0 for the mean [-].
     base
-        Acceleration of a shaken base that adds to the relative motion of the output, in this harmonic at level 1
-        [m/s^2]; none by default, which bounds the relative motion.
+        Acceleration of a moving base in this harmonic at level 1 [m/s^2], whose motion is added to the relative motion
+        of the output; 0 by default, which bounds the relative motion.
     """
 
     row: int | Float[Real, " r"]
@@ -140,7 +140,7 @@ class OutputHarmonic:
         """See `Objective`."""
         row, recovery = self._weights(balance), balance.structure.recovery(condensed)
         by_force = -(row @ recovery.contact[self.harmonic]).astype(np.complex128)
-        # Gains of an amplitude are relative to itself; a mean may be zero, and is compared with the range of friction.
+        # Gains are relative to an amplitude; a mean may be zero, and is compared with its range by friction.
         moved = np.abs(by_force) @ np.abs(_compute_rest_forces(balance, condensed)) if self.harmonic == 0 else 0.0
         carried = self.base / (self.harmonic * condensed.angular_frequency) ** 2 if self.harmonic else 0.0
         return LinearMeasure(
@@ -162,7 +162,7 @@ class ContactForceHarmonic:
     joints
         Names of the contacts.
     direction
-        Number of the tangent from 0, or -1 for the normal force.
+        Number of the tangent from 0 on, or -1 for the normal force.
     harmonic
         0 for the static force, 1 for the amplitude of its fundamental [-].
     """
@@ -215,7 +215,7 @@ class ContactForceHarmonic:
 
 
 def _compute_rest_forces(balance: HarmonicBalance, condensed: Condensed) -> Real:
-    """Size of the force of each direction at rest, and of each tangent's limit, shape (d,) [N]."""
+    """Size of the force of each direction at rest, and for tangents their friction limit, shape (d,) [N]."""
     table, start = make_slider_table(balance), make_initial_sliders(balance, None)
     rest = balance.linear(condensed, 0.0)
     forces = forces_at(balance, condensed.angular_frequency, rest, start, FORCE)

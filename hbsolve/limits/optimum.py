@@ -1,4 +1,4 @@
-"""The best state found so far at each frequency of a level, its replacement, and its continuation."""
+"""The best state found so far (optimum) at each frequency of a level, its replacement, and its continuation."""
 
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
@@ -11,12 +11,12 @@ from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
 from reduction.array_type import Real
 
-#: A state replaces another if it is better by this share.
+#: Relative gain by which a state must be better to replace another.
 BETTER = 1e-6
-#: Limits that differ by less than this share count as equal.
+#: Relative difference up to which limits count as equal.
 CLOSED = 1e-3
-#: Number of steps to the next frequency if a single one fails or makes the state worse by more than the share that
-#: follows, and steps of the search at each.
+#: Number of steps to the next frequency if a single step fails, or has a relative loss above the second number; and
+#: number of steps of the search at each.
 STEPS, WORSE, SEARCH = 4, 0.05, 6
 
 
@@ -32,11 +32,11 @@ class Optimum:
     residual_norm: float
     """|R| relative to the linear motion [-]."""
     repaired: bool = False
-    """Whether it, or its predecessor, was found from a sampled state outside the earlier limits."""
+    """Whether it, or an optimum from which it was continued, was found from a sampled state outside earlier limits."""
     starts: tuple[float, ...] = ()
     """Final values of local searches from different starts."""
     followed: dict[int, float] = field(default_factory=dict)
-    """Values of the neighbours' states continued to here, by the step to the neighbour, -1 or +1."""
+    """Values of the neighbours' states continued to this frequency, by the step to the neighbour, -1 or +1."""
 
 
 #: Index of the frequency, and side.
@@ -46,7 +46,7 @@ Optima: TypeAlias = dict[LimitKey, Optimum]
 
 
 def keep_if_better(best: Optima, key: LimitKey, trial: TrialState | None, *, repaired: bool = False) -> float:
-    """Take a state if it is better than the optimum; returns the gain, relative to the optimum before."""
+    """Adopt a state if it is better than the optimum; returns the gain, relative to the previous optimum."""
     if trial is None:
         return 0.0
     before = best.get(key)
@@ -64,9 +64,9 @@ def keep_if_better(best: Optima, key: LimitKey, trial: TrialState | None, *, rep
 
 
 def improve(point: LimitPoint, best: Optima, key: LimitKey, x: Real, w: Sliders, *, repaired: bool = False) -> float:
-    """Settle a state, search from it and keep a better result; returns the gain, relative to the optimum before.
+    """Settle a state, search from it and keep a better result; returns the gain, relative to the previous optimum.
 
-    `best` is changed in place; `repaired` says that the state comes from an audit.
+    `best` is changed in place; `repaired` is whether the state comes from an audit.
     """
     settled = point.settle(x, w)
     return keep_if_better(best, key, settled and local_search(point, settled, key[1]), repaired=repaired)
@@ -77,8 +77,8 @@ def continue_optimum(
 ) -> TrialState | None:
     """Continue the state of an optimum to another frequency, without improving it there.
 
-    Branches end in folds: a little further on, a lower limit may exist no longer with its sliders but with others. So
-    if a single step fails or ends on another branch, smaller steps improve the sliders on the way.
+    Branches end in folds: a little beyond one, a lower limit may no longer exist with its sliders, but with others. So
+    if a single step fails or ends on another branch, smaller steps improve the sliders at intermediate frequencies.
     """
     direct = curve.point(after).settle(optimum.motion, optimum.initial_slider)
     if direct is not None and side * curve.point(after).gain(direct.value, optimum.value) > -WORSE:

@@ -1,8 +1,8 @@
 """Continuation of optima: to neighbours in frequency, across gaps between branches and to other levels.
 
-A local search ends in the optimum of its basin. Neighbours are often in a better one, and a state with all contacts
+A local search ends in the optimum of its basin. Neighbours are often in a better basin, and a state with all contacts
 stuck has no gradient. Near a fold the state of a limit may not exist at the next frequency with its sliders, while the
-state of the second next one does, or one with the sliders dragged by the motion. There neighbours further away are
+state of the next but one does, or a state with the sliders dragged by the motion. There neighbours further away are
 tried, and if no state is near theirs the solver tries all its starts, at a hundred times the cost.
 """
 
@@ -13,20 +13,20 @@ from hbsolve.limits.local_search import GAIN, LimitSide, local_search
 from hbsolve.limits.optimum import LimitKey, Optima, continue_optimum, improve, keep_if_better
 from hbsolve.limits.problem import LimitCurve
 
-#: A neighbour's state that is worse than the optimum by more than this share is not improved.
+#: Relative loss to the optimum above which a neighbour's state is not improved.
 HOPELESS = 0.3
-#: Sweeps back and forth over the frequencies.
+#: Largest number of sweeps back and forth over the frequencies.
 SWEEPS = 6
-#: A limit that is better by this share than its neighbour's state continued to here is on another branch.
+#: Relative gain of a limit over its neighbour's state, continued to its frequency, above which it is on another branch.
 OTHER_BRANCH = 5e-3
-#: Largest distance in frequencies, and largest relative loss, of neighbours that are tried across a gap.
+#: Largest number of frequencies to a neighbour that is tried across a gap, and its largest relative loss.
 FURTHEST, WORSE = 3, 0.1
 
 
 def continue_to_neighbours(
     curve: LimitCurve, indices: Sequence[int], best: Optima, fresh: Iterable[LimitKey]
 ) -> Optima:
-    """Continue optima to neighbours until no limit improves; at first only those that are `fresh`.
+    """Continue optima to neighbours until no limit improves, beginning with those that are `fresh`.
 
     `best` also has the neighbours of the first and the last frequency, which are not improved. Returns the optima at
     `indices`.
@@ -45,7 +45,7 @@ def continue_to_neighbours(
                     and _take_over(curve, best, source, (index, side)) > GAIN
                 ):
                     gained.add((index, side))
-        # What the first sweep did not continue forwards, the second one continues backwards.
+        # Fresh optima, which the first sweep continues in one direction, the second continues in the other.
         waiting = gained | (waiting if sweep == 0 else set())
         if not waiting:
             break
@@ -53,7 +53,7 @@ def continue_to_neighbours(
 
 
 def _take_over(curve: LimitCurve, best: Optima, source: LimitKey, key: LimitKey) -> float:
-    """Try a neighbour's optimum at a frequency; returns the gain."""
+    """Try a neighbour's optimum at a frequency; returns the relative gain."""
     (index, side), neighbour, present = key, best[source], best.get(key)
     point = curve.point(index)
     trial = continue_optimum(curve, side, neighbour, source[0], index)
@@ -70,7 +70,7 @@ def _take_over(curve: LimitCurve, best: Optima, source: LimitKey, key: LimitKey)
 def continue_from_level(
     curve: LimitCurve, indices: Sequence[int], best: Optima, other: float, optima: Optima
 ) -> tuple[Optima, set[LimitKey]]:
-    """Try the optima of another level; returns the limits and which of them improved."""
+    """Try the optima of another level; returns the optima and the keys of those that improved."""
     best, gained = dict(best), set()
     for key in ((index, side) for index in indices for side in LimitSide if (index, side) in optima):
         point, source, present = curve.point(key[0]), optima[key], best.get(key)
@@ -106,7 +106,7 @@ def find_gaps(best: Optima) -> set[LimitKey]:
 
 
 def continue_across_gaps(curve: LimitCurve, best: Optima, keys: Iterable[LimitKey]) -> tuple[Optima, set[LimitKey]]:
-    """Try neighbours' optima at some frequencies again; returns the limits and which of them improved."""
+    """Try neighbours' optima at some frequencies again; returns the optima and the keys of those that improved."""
     best, gained = dict(best), set()
     for index, side in keys:
         point = curve.point(index)

@@ -1,8 +1,8 @@
 """Perturbation of optima, so that a search leaves their basin of attraction.
 
-Basins come in families. A damper turned one way in its grooves gives about the same value as one turned the other way,
-but no small steps connect the two, since the state between them is far worse. So slider patterns are reversed, line by
-line and in all combinations of lines, or in a random choice if there are too many.
+Basins occur in families. A damper rotated one way in its grooves gives about the same value as one rotated the other
+way, but no small steps connect the two, since the states between them are far worse. So slider patterns are reversed,
+in all combinations of lines, or in a random choice of combinations if there are too many.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,14 +19,14 @@ from hbsolve.limits.sliders import SliderTable
 
 #: Largest number of reversed combinations of lines.
 MOST_TURNS = 15
-#: Random perturbations of each optimum, and their sizes, in lengths of the intervals.
+#: Number of random perturbations of each optimum, and their sizes, in lengths of the intervals.
 N_RANDOM, SIZES = 12, (0.3, 1.0)
 
 
 def perturb(
     curve: LimitCurve, best: Optima, keys: Iterable[LimitKey], seed: Sequence[int]
 ) -> tuple[Optima, set[LimitKey]]:
-    """Search again from perturbations of some optima; returns the limits and which of them improved."""
+    """Search again from perturbations of some optima; returns the optima and the keys of those that improved."""
     best, gained = dict(best), set()
     random = np.random.default_rng(seed)
     for key in keys:
@@ -43,7 +43,7 @@ def perturb(
 
 
 def reverse_lines(table: SliderTable, nominal: Sliders, w: Sliders, random: np.random.Generator) -> list[Sliders]:
-    """The same displacements from nominal in reverse order along some of the lines, for each choice of lines."""
+    """Sliders with displacements from nominal in reverse order along some lines, for each choice of lines."""
     count = int(table.line.max()) + 1
     members = [np.flatnonzero(table.line == line) for line in range(count)]
     if 2**count - 1 <= MOST_TURNS:
@@ -72,7 +72,7 @@ def _perturb_at_random(
         return np.asarray(trial.initial_slider + some * random.normal(size=n) * random.choice(SIZES) * length)
     if kind == 1:
         return np.where(random.random(n) < 0.4, make_random_sliders(table, point.box, random, 7), trial.initial_slider)
-    # One line, or all, of another nearby optimum of either limit.
+    # Sliders of one line, or all sliders, of another nearby optimum of either limit.
     others = sorted(item for item in best if item != key)
     other = best[others[random.integers(len(others))]].initial_slider if others else trial.initial_slider
     line = int(random.integers(int(table.line.max()) + 1))

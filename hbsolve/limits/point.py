@@ -25,17 +25,19 @@ Sliders = Float[Real, " s"]
 #: Start motion and sliders of a search.
 SearchStart = tuple[Real, Sliders]
 
-#: Largest number of Newton steps, and interval of checks of |R|.
+#: Largest number of Newton steps, and number of steps between checks of |R|.
 LIMIT, CHECK_INTERVAL = 15, 3
 #: Largest ratio of |R| to its first value: small if a failure costs little, large if the state is needed [-].
 STRICT_RATIO, ANY_RATIO = 0.3, 1e3
-#: Trials of a Newton step, ratio of their lengths, and the decrease that ends them; the last is always accepted.
+#: Number of trials of a Newton step, ratio of their lengths, and the decrease that ends them; the last is always
+#: accepted.
 TRIALS, SHORTENED, DECREASE = 4, 0.4, 1e-4
-#: Changes of the sliders per state: dragged ones are moved to their final positions.
+#: Largest number of changes of the sliders per state: dragged sliders are moved to their final positions.
 ROUNDS = 3
-#: A dragged slider is placed inside its interval by this share of it, so that round-off cannot drag it again.
+#: A dragged slider is placed inside its interval by this fraction of it, so that round-off cannot drag it again.
 INSIDE = 1e-7
-#: Homotopy in the sliders: number of tries, least share of the way, and its change.
+#: Homotopy in the sliders: largest number of tries, least step relative to the distance, and factors of the step after
+#: a failed and a successful try.
 TRIES, LEAST_SHARE, SHORTER, LONGER = 12, 0.02, 0.4, 2.0
 
 
@@ -54,7 +56,7 @@ class TrialState:
     forces: JointForces
     """Joint forces in this motion, with their Jacobian."""
     intervals: StickIntervals
-    """Intervals in which its sliders stick."""
+    """Intervals in which the sliders stick."""
 
     @property
     def sticking(self) -> Bool[NDArray[np.bool_], " s"]:
@@ -97,7 +99,7 @@ class LimitPoint:
 
     def trial(self, x: Real, w: Sliders, residual_norm: float) -> TrialState:
         """Trial state of a known steady state."""
-        # Copied: to compiled code, read-only arrays such as those of a result are of another type.
+        # Copied, since read-only arrays, such as those of a result, have another type in compiled code.
         x, w = np.array(x), np.array(w)
         forces = forces_at(self.balance, self.condensed.angular_frequency, x, _start(w), JACOBIAN)
         intervals = compute_stick_intervals(x, self.sliders, self.balance.sampling.evaluate)
@@ -121,7 +123,7 @@ class LimitPoint:
         return self._trial(result, w, norm / self.scale, forces, intervals) if norm <= tolerance else None
 
     def settle(self, x: Real, w: Sliders, largest_ratio: float = ANY_RATIO) -> TrialState | None:
-        """As `solve` from the nearest state in the box; dragged sliders then start at their ends, if in the box.
+        """As `solve`, with sliders clipped to the box; dragged sliders are then moved to the ends of their intervals.
 
         Afterwards each slider is undetermined, or slips, or is dragged from a bound of the box.
         """
@@ -138,7 +140,7 @@ class LimitPoint:
         return trial
 
     def towards(self, w: Sliders, known: TrialState, tries: int = TRIES) -> TrialState | None:
-        """Homotopy from a known state to other sliders: the last state on the way that was reached."""
+        """Homotopy from a known state to other sliders; returns the last state reached, or None."""
         share, step, reached = 0.0, 1.0, known
         while share < 1 and tries and step > LEAST_SHARE:
             tries -= 1
@@ -160,12 +162,12 @@ class LimitPoint:
         return None
 
     def from_few_starts(self, w: Sliders) -> TrialState | None:
-        """Solution from one of a few starts, if a missed state costs little."""
+        """Solution from one of a few starts, for a state that may be missed; None if all fail."""
         state = from_many_starts(self.balance, self.condensed, None, _start(w), FEW_STARTS)
         return None if state is None else self.trial(state.motion, w, state.residual_norm)
 
     def from_anywhere(self, w: Sliders) -> TrialState | None:
-        """Solution by all starts of `steady_state`."""
+        """Solution by all attempts of `steady_state`; None if all fail."""
         try:
             state = steady_state(self.balance, self.condensed.angular_frequency, slider=w)
         except NoSteadyState:
@@ -184,8 +186,8 @@ def newton_near(
     """Solve R(x) = 0 from x: motion, |R|, joint forces with their Jacobian, and intervals in which the sliders stick.
 
     Steps in the sliders often leave the branch of a solution, and a search with the full `hbsolve.newton` would spend
-    most of its time on states that do not exist. So this stops if |R| is not below `largest_ratio` times the first one
-    after `interval` iterations, or its square after twice as many.
+    most of its time on states that do not exist. So this stops if |R| is not below `largest_ratio` times its first
+    value after `interval` iterations, or the square of this ratio after twice as many.
     """
     linear, omega, columns, arrays = point
     table, first, count, sampling = arrays

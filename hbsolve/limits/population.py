@@ -1,4 +1,4 @@
-"""A first estimate of the limits: a population of slider states continued along frequency, its best ones improved."""
+"""A first estimate of the limits: a population of slider states is continued along frequency, the best are improved."""
 
 from collections.abc import Mapping, Sequence
 
@@ -10,16 +10,16 @@ from hbsolve.limits.point import LimitPoint, SearchStart, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
 from reduction.array_type import Real
 
-#: Number of members with different values from which local searches start, besides the optimum of the frequency before.
-#: It is larger at the ends of the band, which have one neighbour only.
+#: Number of members with different values from which local searches start, besides the optimum of the frequency before,
+#: inside the band and at its ends, which have only one neighbour.
 N_BEST, N_BEST_AT_END = 2, 6
-#: Values that differ by less than this share count as the same state.
+#: Relative difference up to which values count as those of the same state.
 SAME_STATE = 1e-4
 
 
 def find_first_limits(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sliders]) -> Optima:
-    """Limits at the frequencies of these indices, in order."""
-    # A sweep stays on its branch, and sweeps up and down follow different ones.
+    """Limits at the frequencies of `indices`, in order."""
+    # A sweep stays on its branch, and sweeps up and down follow different branches.
     up = sweep_states(curve, indices, starts)
     down = sweep_states(curve, indices[::-1], starts)
     chosen: dict[LimitKey, list[SearchStart]] = {}
@@ -32,14 +32,14 @@ def find_first_limits(curve: LimitCurve, indices: Sequence[int], starts: Sequenc
 
 
 def count_starts(curve: LimitCurve, index: int) -> int:
-    """Local searches of each side at a frequency, besides that from the frequency before."""
+    """Number of local searches for each side at a frequency, besides that from the frequency before."""
     return N_BEST_AT_END if index in (0, len(curve.angular_frequency) - 1) else N_BEST
 
 
 def improve_along(
     curve: LimitCurve, indices: Sequence[int], chosen: Mapping[LimitKey, Sequence[SearchStart]]
 ) -> Optima:
-    """Limits at frequencies in order, from motions and sliders of each, and from the limit before."""
+    """Limits at frequencies in order, from start motions and sliders at each, and from the previous limit."""
     best: Optima = {}
     for index in indices:
         point = curve.point(index)
@@ -53,7 +53,7 @@ def improve_along(
 
 
 def sweep_states(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sliders]) -> dict[int, list[TrialState]]:
-    """States of the members at frequencies in this order, each continued from the frequency before."""
+    """States of the members at frequencies in the order of `indices`, each continued from the frequency before."""
     result: dict[int, list[TrialState]] = {}
     members = list(starts)
     motions: list[Real | None] = [None] * len(members)
@@ -73,7 +73,7 @@ def sweep_states(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sli
 
 
 def _from_others(point: LimitPoint, w: Sliders, solved: Sequence[TrialState]) -> TrialState | None:
-    """State found from the nearest solved member, else from rest."""
+    """State found from the nearest solved member or, if there is none, from rest."""
     if solved:
         nearest = min(solved, key=lambda trial: float(np.linalg.norm(trial.initial_slider - w)))
         return point.towards(w, nearest)

@@ -26,13 +26,13 @@ class LimitProblem:
     """A search for limits; can be pickled."""
 
     balance: HarmonicBalance
-    """The system; its level is replaced."""
+    """Balance of the system; its level is replaced."""
     objective: Objective
-    """What is bounded."""
+    """Quantity whose limits are sought."""
     box: SliderBox
-    """Of the initial slider states."""
+    """Box of the initial slider states."""
     boxes: Mapping[float, SliderBox] = field(default_factory=dict)
-    """Boxes of levels with their own box."""
+    """Boxes by level, of levels with their own box."""
     sliders: SliderTable = field(init=False, repr=False)
     _known: dict[float, tuple[Condensed, Measure]] = field(init=False, repr=False, default_factory=dict)
 
@@ -41,7 +41,7 @@ class LimitProblem:
         self.objective.check(self.balance)
 
     def with_reaches(self, levels: Sequence[float], reach: Float[Real, "l s"]) -> "LimitProblem":
-        """The same with a box for each level; the box of other levels contains all of them."""
+        """The same problem with a box for each level; the box of other levels contains all of these."""
         boxes = {float(level): replace(self.box, reach=row) for level, row in zip(levels, reach, strict=True)}
         return replace(self, box=replace(self.box, reach=np.max(reach, axis=0)), boxes=boxes)
 
@@ -85,7 +85,7 @@ class LimitCurve:
 
     @property
     def box(self) -> SliderBox:
-        """Of the initial slider states at this level."""
+        """Box of the initial slider states at this level."""
         return self.problem.box_at(self.level)
 
     def point(self, index: int) -> LimitPoint:

@@ -1,9 +1,9 @@
 """Random friction histories: steady states after sweeps, overshoots and restarts.
 
-Each history carries its sliders along the frequencies, up or down, as a test does; at random it restarts, or the level
-overshoots and returns. Its states are inner bounds of the limits, since none of them was chosen to be extreme.
+Each history keeps its sliders along the frequencies, up or down, as in a test; at random it restarts, or the level
+overshoots and returns. Its states lie inside the limits, since they are not chosen to be extreme.
 
-Agreement of searches is no proof: on a small damper all seeds found the same wrong optimum. So an audit counts the
+Agreement of searches is no proof: for a small damper all seeds found the same wrong optimum. So an audit counts the
 states outside a limit, and then repairs the limit from them.
 """
 
@@ -25,9 +25,10 @@ from hbsolve.limits.slider_bounds import N_KIND, make_random_sliders
 from hbsolve.limits.task import Runner, SearchTask, StageProgress
 from reduction.array_type import Real
 
-#: Probability of an event in a history between two frequencies; one in four is an overshoot to these levels.
+#: Probability of an event in a history between two frequencies; one in four is an overshoot, to a level in this range
+#: relative to that of the curve.
 EVENT, OVERSHOOT = 0.1, (1.2, 2.2)
-#: A state counts as outside beyond this share of the limit; repair starts at a much smaller share.
+#: Relative excess over a limit above which a state counts as outside, and above which the limit is repaired.
 OUTSIDE, REPAIR = 1e-3, 1e-5
 #: Number of frequencies by which sweeps extend beyond a block: a branch is reached from earlier frequencies.
 RUN_IN = 3
@@ -38,14 +39,14 @@ class SampledStates:
     """States of n histories at some frequencies of one level."""
 
     value: Float[Real, "f n"]
-    """Of the objective, NaN where no state was found, shape (f, n)."""
+    """Value of the objective, NaN where no state was found, shape (f, n)."""
     extreme: dict[tuple[int, LimitSide], tuple[Real, Real]]
-    """The outermost state at each frequency and side, as motion and sliders."""
+    """Outermost state at each frequency and side, as motion and sliders."""
 
 
 @on_one_blas_thread
 def sampled_states(curve: LimitCurve, indices: Sequence[int], count: int, seed: Sequence[int]) -> SampledStates:
-    """Sample random histories at the frequencies of these indices, half of them swept up and half down."""
+    """Sample random histories at the frequencies of `indices`, half of them swept up and half down."""
     box = curve.box
     value = np.full((len(indices), count), np.nan)
     extreme: dict[tuple[int, LimitSide], TrialState] = {}
@@ -63,7 +64,7 @@ def sampled_states(curve: LimitCurve, indices: Sequence[int], count: int, seed: 
 def random_states(
     curve: LimitCurve, indices: Sequence[int], count: int, seed: Sequence[int]
 ) -> Iterator[tuple[int, int, TrialState]]:
-    """States of random histories as they are found: place in `indices`, number of the history, state."""
+    """States of random histories as they are found: position in `indices`, number of the history, state."""
     table, box, random = curve.problem.sliders, curve.box, np.random.default_rng(seed)
     for way in (0, 1):
         carried: dict[int, TrialState] = {}
@@ -111,7 +112,7 @@ class Audit:
     """Number of sampled states [-]."""
     lowest: float
     highest: float
-    """Their values."""
+    """Lowest and highest value of these states."""
     below: int
     above: int
     """Number of states outside the limits by more than `OUTSIDE`, before any repair [-]."""
@@ -120,7 +121,7 @@ class Audit:
 def audit(
     curve: LimitCurve, indices: Sequence[int], best: Optima, count: int, seed: Sequence[int]
 ) -> tuple[Optima, set[LimitKey], dict[int, Audit]]:
-    """Sample histories at a level; returns the limits, which of them were repaired, and the counts before."""
+    """Sample histories at a level; returns the optima, the keys of those repaired, and the audits before repair."""
     best, repaired = dict(best), set()
     swept = range(max(indices[0] - RUN_IN, 0), min(indices[-1] + RUN_IN + 1, len(curve.angular_frequency)))
     sampled = sampled_states(curve, swept, count, seed)
@@ -151,15 +152,15 @@ def audit(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class IndependentHistories:
-    """Random histories against limits."""
+    """Random histories compared with limits."""
 
     value: Float[Real, "l f n"]
-    """Of the objective, NaN where no state was found, shape (l, f, n)."""
+    """Value of the objective, NaN where no state was found, shape (l, f, n)."""
     excess: Float[Real, "l f n"]
-    """Distance of each outside the limit, relative to it; negative inside, shape (l, f, n) [-]."""
+    """Excess of each state over the nearer limit, relative to it; negative inside, shape (l, f, n) [-]."""
 
     def share_outside(self, by: float) -> float:
-        """Share of the states outside by more than this share of the limit [-]."""
+        """Fraction of the states outside by more than the fraction `by` of the limit [-]."""
         answer = self.excess[np.isfinite(self.excess)]
         return float((answer > by).mean()) if answer.size else 0.0
 
@@ -179,13 +180,13 @@ def independent_histories(
     Parameters
     ----------
     problem, limits
-        As `hbsolve.limits.response_limits.response_limits` took and gave them.
+        Argument and result of `hbsolve.limits.response_limits.response_limits`.
     count
-        Histories [-].
+        Number of histories [-].
     seed
         Seed, different from that of the search.
     store, executor, progress
-        As there; one task per level.
+        As in `response_limits`; one task per level.
     """
     run = Runner.from_problem(problem, limits.angular_frequency, store, executor, progress)
     indices = range(len(limits.angular_frequency))

@@ -1,8 +1,8 @@
-"""Limits with the harmonics and samples for a tolerance.
+"""Limits with the harmonics and samples that a tolerance needs.
 
 A search finds the slider positions of a limit. The size of the response there depends on the harmonics: the state at
-each limit is computed again with more of them and the same sliders. Sliders that are extreme with few harmonics need
-not be so with many: the refined response is possible, but there may be responses beyond it.
+each limit is computed again with more harmonics and the same sliders. Sliders that are extreme with few harmonics are
+not always extreme with many: the refined response is possible, but there may be responses beyond it.
 """
 
 from collections.abc import Callable
@@ -25,8 +25,8 @@ from reduction.array_type import Matrix
 #: Size of a limit, over the largest of its level, below which its change is relative to this [-]: at an antiresonance a
 #: relative error is meaningless.
 MIN_RELATIVE_LIMIT = 1e-3
-#: Change by refinement, over the tolerance, beyond which a limit is marked [-]: of 21 such limits of random systems at
-#: H = 2 a search with the refined H put 6 more than 1 % elsewhere, of 35 others 2.
+#: Change by refinement, over the tolerance, beyond which a limit is marked [-]: a search with the refined H changed 6
+#: of 21 such limits of random systems at H = 2, and 2 of 35 others, by more than 1 %.
 MOVED = 2.0
 
 
@@ -54,7 +54,7 @@ def refine_limits(
         tolerance are then kept. By default the joint directions together; the state at every limit is then computed
         with at least twice the harmonics, because there is no estimate for forces.
     report
-        Called with the number of finished limits and of all.
+        Called with the number of finished limits and of all limits.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def refine_limits(
 def _refine(
     problem: LimitProblem, state: SteadyState, tolerance: float, rows: Matrix | None, least: float
 ) -> dict[str, float]:
-    """Arrays of `REFINED` at a limit; the value is NaN where no state was found with more harmonics."""
+    """Values of the arrays of `REFINED` at a limit; the limit is NaN if no state was found with more harmonics."""
     balance = problem.balance.at_level(state.level)
 
     def measured(finer: HarmonicBalance, steady: SteadyState) -> tuple[float, float]:

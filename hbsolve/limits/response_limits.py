@@ -36,22 +36,22 @@ def limit_problem(
     Parameters
     ----------
     balance
-        The system; friction contacts with one tangent, or two with limits of their own.
+        Balance of the system; its friction contacts have one tangent, or two, each with its own friction limit.
     objective
         `OutputHarmonic`, `ContactForceHarmonic` or `LossFactor`.
     nominal
         Centre of the box, shape (s,) [m]; by default the slider positions under the static load.
     reach
-        w_max, largest distance that the loading history may have dragged a slider from there [m], one number or shape
-        (s,); by default the mean of mu N / k_t at rest. Infinite is allowed, but bodies held by friction alone then jam
-        without bound.
+        w_max, largest distance by which the loading history may have dragged a slider from `nominal` [m], one number or
+        shape (s,); by default the mean of mu N / k_t at rest. It may be infinite, but bodies held by friction alone
+        then jam without bound.
 
     Raises
     ------
     BalanceError
         No sliders, coupled tangents, or an output, centre or reach that does not fit.
     NoSteadyState
-        No rest under the static load.
+        No state of rest under the static load.
     """
     # The structure at rest is the same at all frequencies.
     box = make_slider_box(balance, balance.at(1.0), nominal, reach)
@@ -74,18 +74,18 @@ def response_limits(
     Parameters
     ----------
     problem
-        From `limit_problem`.
+        Problem, from `limit_problem`.
     angular_frequency
-        Ascending, shape (f,) [rad/s]. The search uses neighbours, and adds frequencies if few are given.
+        Omega, ascending, shape (f,) [rad/s]. The search uses neighbours, and adds frequencies if few are given.
     levels
         Scales of the harmonic force, ascending and positive [-].
     settings
         Effort of the search.
     store
-        Keeps the result of each task by name: with a persistent store an interrupted search can continue. It is valid
-        for these arguments only, except the executor.
+        Mapping that keeps the result of each task by name: with a persistent store an interrupted search can continue.
+        It is valid only for the same arguments, except the executor.
     executor
-        Runs the tasks, such as a process pool; this process by default. The limits are the same.
+        Executor of the tasks, such as a process pool; this process by default. The limits do not depend on it.
     progress
         Called after each task.
 
@@ -107,7 +107,7 @@ def response_limits(
 def make_starts_by_level(
     problem: LimitProblem, omega: Frequencies, levels: Real, settings: LimitSettings
 ) -> list[list[Sliders]]:
-    """The population's sliders at each level, in its box."""
+    """Sliders of the population at each level, in the box of the level."""
     at_rest = problem.balance.at(float(omega[0]))
 
     def starts(box: SliderBox) -> list[Sliders]:
@@ -121,7 +121,7 @@ def make_starts_by_level(
 
 
 def ascending(given: object, what: str) -> Frequencies:
-    """Positive, ascending numbers; others are refused (`BalanceError`)."""
+    """Return positive, ascending numbers; refuse others (`BalanceError`)."""
     values = np.atleast_1d(np.array(check_array(given, what, BalanceError)))
     if values.ndim != 1 or not len(values) or not np.isfinite(values).all() or not (values > 0).all():
         raise BalanceError(f"{what} must be positive numbers: {values}")

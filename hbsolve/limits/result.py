@@ -31,28 +31,28 @@ REFINED = ("refined", "refined_error", "refined_harmonic", "refined_moved")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ResponseLimits(Exported):
-    """Lower and upper limit of one number; f frequencies, l levels, s sliders. Arrays are copied and read-only.
+    """Lower and upper limit of one objective; f frequencies, l levels, s sliders. Arrays are copied and read-only.
 
     Arrays of both sides have the lower limit first. A limit that was not found is NaN.
     """
 
     angular_frequency: Float[Real, " point"]
-    """Ascending, shape (f,) [rad/s]."""
+    """Omega, ascending, shape (f,) [rad/s]."""
     level: Float[Real, " level"]
-    """Ascending, shape (l,) [-]."""
+    """Levels of the harmonic force, ascending, shape (l,) [-]."""
     nominal: Float[Real, " slider_number"]
     reach: Float[Real, "level slider_number"]
-    """The box |w - nominal| <= reach of each level, shapes (s,) and (l, s), infinite for none [m]."""
+    """Box |w - nominal| <= reach of each level, shapes (s,) and (l, s), infinite without bounds [m]."""
     value: Float[Real, "side=2 level point"]
-    """The limits, shape (2, l, f) [unit of the objective]."""
+    """Limits, shape (2, l, f) [unit of the objective]."""
     motion: Float[Real, "side=2 level point direction coefficient"]
-    """Coefficients of the joint directions there, shape (2, l, f, d, nh) [m]."""
+    """Coefficients of the joint directions at the limits, shape (2, l, f, d, nh) [m]."""
     initial_slider: Float[Real, "side=2 level point slider_number"]
     """Slider positions at the first instant, shape (2, l, f, s) [m]."""
     multiplier: Float[Real, "side=2 level point slider_number"]
-    """The same as m of eq. 11, shape (2, l, f, s) [-]."""
+    """Slider states as multipliers m of eq. 11, shape (2, l, f, s) [-]."""
     share: Float[Real, "side=2 level point state=3"]
-    """Shares of the period in which sliders stick, slip and separate, mean over sliders, shape (2, l, f, 3) [-]."""
+    """Fractions of the period in which sliders stick, slip and separate, mean over sliders, shape (2, l, f, 3) [-]."""
     residual_norm: Float[Real, "side=2 level point"]
     """|R| relative to the linear motion, shape (2, l, f) [-]."""
     predicted: Float[Real, "side=2 level point radius=3"]
@@ -61,32 +61,33 @@ class ResponseLimits(Exported):
     (2, l, f, 3) [-]."""
     spread: Float[Real, "side=2 level point"]
     starts: Int[Whole, "side=2 level point"]
-    """Spread of the ends of local searches from different starts, over the value, and their number, shape (2, l, f)."""
+    """Spread of the final values of local searches from different starts, over the value, and number of these searches,
+    shape (2, l, f) [-]."""
     n_undetermined: Int[Whole, "side=2 level point"]
     """Number of sliders whose positions depend on the history, shape (2, l, f) [-]."""
     drift: Float[Real, "side=2 level point"]
     on_bound: Int[Whole, "side=2 level point"]
     """Largest |w - nominal| [m], and number of sliders at the bound [-], shape (2, l, f)."""
     repaired: Bool[NDArray[np.bool_], "side=2 level point"]
-    """Whether a sampled state outside the limits led to this one, shape (2, l, f)."""
+    """Whether the limit was found from a sampled state outside earlier limits, shape (2, l, f)."""
     jump: Bool[NDArray[np.bool_], "side=2 level point"]
-    """Whether it lies on another branch of optima than a neighbour in frequency, shape (2, l, f)."""
+    """Whether the limit lies on another branch of optima than a neighbour in frequency, shape (2, l, f)."""
     sampled: Float[Real, "side=2 level point"]
-    """Lowest and highest sampled state, shape (2, l, f); NaN without an audit."""
+    """Lowest and highest value of the sampled states, shape (2, l, f); NaN without an audit."""
     n_sampled: Int[Whole, "level point"]
-    """States sampled, shape (l, f) [-]."""
+    """Number of sampled states, shape (l, f) [-]."""
     n_outside: Int[Whole, "side=2 level point"]
-    """Number of these outside by more than 0.1 %, before any repair, shape (2, l, f) [-]."""
+    """Number of sampled states outside by more than 0.1 %, before any repair, shape (2, l, f) [-]."""
     refined: Float[Real, "side=2 level point"]
-    """The limits with the harmonics and samples for a tolerance (`hbsolve.limits.refined_limits`), shape (2, l, f)
-    [unit of the objective]; NaN without."""
+    """Limits with the harmonics and samples for a tolerance (`hbsolve.limits.refined_limits`), shape (2, l, f)
+    [unit of the objective]; NaN without a refinement."""
     refined_error: Float[Real, "side=2 level point"]
-    """Their relative error, estimated, shape (2, l, f) [-]."""
+    """Estimated relative error of the refined limits, shape (2, l, f) [-]."""
     refined_harmonic: Int[Whole, "side=2 level point"]
-    """Their H, shape (2, l, f) [-]."""
+    """H of the refined limits, shape (2, l, f) [-]."""
     refined_moved: Bool[NDArray[np.bool_], "side=2 level point"]
-    """Whether more harmonics moved the limit by more than twice the tolerance: with as many, other sliders may be
-    extreme, and a search may find other limits; shape (2, l, f)."""
+    """Whether more harmonics moved the limit by more than twice the tolerance: other sliders may then be extreme with
+    these harmonics, and a search may find other limits; shape (2, l, f)."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, *dimensions(self), dtype=None)
@@ -112,7 +113,7 @@ class ResponseLimits(Exported):
         return np.asarray(self.value[1])
 
     def state(self, balance: HarmonicBalance, side: LimitSide, level: int, frequency: int) -> SteadyState:
-        """The steady state at a limit, by the numbers of level and frequency.
+        """The steady state at a limit, by the indices of level and frequency.
 
         Raises
         ------
@@ -183,7 +184,7 @@ def load_limits(path: Path | str) -> ResponseLimits:
 
 
 def read_limits_from_xarray(data: "xarray.Dataset") -> ResponseLimits:
-    """The limits of a data set that `ResponseLimits.to_xarray` made; a `KeyError` if it is none."""
+    """The limits of a data set that `ResponseLimits.to_xarray` made; a `KeyError` for another data set."""
     # Older files have no refinement.
     blank = make_blank_arrays(**{str(name): size for name, size in data.sizes.items()})
     values = {
@@ -194,7 +195,7 @@ def read_limits_from_xarray(data: "xarray.Dataset") -> ResponseLimits:
 
 
 def make_blank_arrays(**sizes: int) -> dict[str, NDArray[Any]]:
-    """Arrays of `ResponseLimits` for the sizes of their dimensions: NaN, 0 or False where nothing is known."""
+    """Arrays of `ResponseLimits` for the sizes of their dimensions, filled with NaN, 0 or False."""
     arrays: dict[str, NDArray[Any]] = {}
     for item in fields(ResponseLimits):
         kind: Any = item.type

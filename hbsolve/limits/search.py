@@ -1,7 +1,7 @@
 """The search for limits over frequency and level, as tasks for any executor and any store.
 
-Frequencies are divided into blocks. A task is one step for one level and one block; its result depends on its arguments
-only, so that an interrupted search continues from the stored results, and gives the same limits with any number of
+Frequencies are divided into blocks. A task is one step for one level and one block. Its result depends only on its
+arguments, so that an interrupted search continues from the stored results, and gives the same limits with any number of
 workers.
 """
 
@@ -31,7 +31,8 @@ from reduction.array_type import Real
 
 #: Rounds in which optima are continued across the edges of blocks.
 ROUNDS = 8
-#: Every fifth frequency is perturbed, with another first one of the block in each round: neighbours adopt gains.
+#: Every fifth frequency is perturbed, beginning with another frequency of the block in each round: neighbours adopt
+#: gains.
 STRIDE, FIRST_PERTURBED = 5, (2, 4, 0)
 PERTURBATIONS = len(FIRST_PERTURBED)
 #: Rounds in which optima are continued across gaps between branches.
@@ -49,18 +50,18 @@ class LimitSettings:
     """
 
     population: int = 24
-    """Slider states that are continued along frequency [-]."""
+    """Number of slider states that are continued along frequency [-]."""
     sample: int = 100
-    """Random histories of the audit; 0 for none [-]."""
+    """Number of random histories of the audit; 0 for no audit [-]."""
     block: int = 15
-    """Frequencies of a task: results do depend on it, but not on the number of workers [-]."""
+    """Number of frequencies of a task: results depend on it, but not on the number of workers [-]."""
     seed: int = 0
     """Seed of random starts, perturbations and histories."""
     perturbations: int = PERTURBATIONS
-    """Rounds of perturbations after optima were continued from level to level, at most 3 [-]."""
+    """Number of rounds of perturbations after optima were continued from level to level, at most 3 [-]."""
     frequencies: int = 24
-    """Least number of frequencies of a search: if fewer are requested it adds some, up to the next resonance
-    (`hbsolve.limits.auxiliary_frequencies`); 1 adds none [-]."""
+    """Least number of frequencies of a search: if fewer are requested, some are added, up to the next resonance
+    (`hbsolve.limits.auxiliary_frequencies`); with 1, none are added [-]."""
 
     def __post_init__(self) -> None:
         for name, least in (
@@ -80,14 +81,14 @@ class LimitSettings:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StagedSearch:
-    """Limits at all frequencies and levels."""
+    """Search for limits at all frequencies and levels."""
 
     run: Runner
-    """Runner of its tasks."""
+    """Runner of the tasks."""
     levels: Sequence[float]
-    """Ascending, shape (l,) [-]."""
+    """Levels of the harmonic force, ascending, shape (l,) [-]."""
     starts: Sequence[Sequence[Real]]
-    """The population's sliders at each level."""
+    """Sliders of the population at each level."""
     settings: LimitSettings
     """Effort of the search."""
 
@@ -159,7 +160,7 @@ class StagedSearch:
             )
 
     def _perturb(self, best: list[Optima], name: str, rounds: int) -> None:
-        """Perturb optima at some frequencies of each block, and at others again in levels with gains.
+        """Perturb optima at some frequencies of each block, and at others in further rounds for levels with gains.
 
         Frequencies at which both limits and the searches from all starts agree within `CLOSED` of
         `hbsolve.limits.optimum` are left out.
@@ -178,7 +179,7 @@ class StagedSearch:
             levels = [level for level in levels if gained[level]]
 
     def _cross_gaps(self, best: list[Optima]) -> None:
-        """Continue optima across gaps between branches, as long as some gain."""
+        """Continue optima across gaps between branches, as long as some improve."""
         fresh = [find_gaps(item) for item in best]
         for number in range(GAP_ROUNDS):
             jobs = [
@@ -200,7 +201,7 @@ class StagedSearch:
         self, best: list[Optima], name: str, stage: str, call: Callable[..., Any],
         jobs: Sequence[tuple[int, range, tuple[Any, ...]]],
     ) -> list[set[LimitKey]]:  # fmt: skip
-        """Run a call that returns optima and which of them improved; adopt them and continue them to neighbours."""
+        """Run a call that returns optima and the keys of improved ones; adopt these and continue them to neighbours."""
         tasks = [self._task(name, level, call, given, block) for level, block, given in jobs]
         gained: list[set[LimitKey]] = [set() for _ in best]
         for (level, block, _), (result, better) in zip(jobs, self.run(stage, tasks), strict=True):
@@ -237,7 +238,7 @@ class StagedSearch:
         return {key: value for key, value in best.items() if block.start - FURTHEST <= key[0] < block.stop + FURTHEST}
 
     def _take(self, best: list[Optima], level: int, parts: Iterable[Any]) -> set[LimitKey]:
-        """Adopt the results of the blocks of a level: first their optima, then the set of those that improved."""
+        """Adopt the results of the blocks of a level, optima and keys of improved ones; returns these keys."""
         gained: set[LimitKey] = set()
         for block, (result, better, *_) in zip(self.blocks, parts, strict=True):
             best[level].update({key: value for key, value in result.items() if key[0] in block})

@@ -34,7 +34,7 @@ class SeveralProgress:
     """Work of the finished objectives and shared states [-]."""
     shared: float
     total: float
-    """Work of the shared states, and of all; that of one objective is 1 [-]."""
+    """Work of the shared states, and of the whole search; that of one objective is 1 [-]."""
 
 
 @on_one_blas_thread
@@ -51,30 +51,32 @@ def several_limits(
 ) -> dict[str, ResponseLimits]:
     """Largest and smallest value of each objective over all slider states of the box, at each frequency and level.
 
-    As `response_limits` of each, but with a common population and common random histories; no sampled state is outside
-    the limits, since the searches begin at the outermost states.
+    As `response_limits` for each objective, but with a common population and common random histories; no sampled state
+    is outside the limits, since the searches begin at the outermost states.
 
     Parameters
     ----------
     problem
-        System and box; its own objective does not count.
+        System and box; its own objective is not used.
     objectives
         Objectives by name.
     angular_frequency, levels
-        Ascending, shape (f,) [rad/s] and (l,) [-].
+        Omega and levels, ascending, shapes (f,) [rad/s] and (l,) [-].
     settings
         Effort of the search.
     store
-        Keeps the result of each task by name; it is valid for these arguments only, except the executor.
+        Mapping that keeps the result of each task by name; it is valid only for the same arguments, except the
+        executor.
     executor
-        Runs the tasks; this process by default.
+        Executor of the tasks; this process by default.
     progress
         Called after each task.
 
     Raises
     ------
     BalanceError
-        Frequencies or levels that are not positive and ascending, no objective, or one that the system does not have.
+        Frequencies or levels that are not positive and ascending, no objective, or an objective that the system does
+        not have.
     """
     if not objectives:
         raise BalanceError("there is no objective: give at least one")

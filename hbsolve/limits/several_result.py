@@ -1,4 +1,4 @@
-"""Limits of several quantities of one search in one data set, and in one file."""
+"""Limits of several quantities of one search as one data set, and as one file."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -25,7 +25,7 @@ def join_limits(limits: Mapping[str, ResponseLimits], units: Mapping[str, str]) 
     limits
         Limits by name, at least one.
     units
-        Unit of each in SI, by name, which becomes the coordinate "unit".
+        SI unit of each quantity by name, which becomes the coordinate "unit".
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Steady states of one population and of random histories, shared by the limits of several objectives.
 
-The states of a system do not depend on the objective. So they are computed once; each objective then starts its local
-searches from the outermost of them.
+The states of a system do not depend on the objective. So they are computed once; the local searches of each objective
+then start from its outermost states.
 
 A contact that lifts off has branches that no change of sliders reaches: they are connected over the level, round folds.
 So at each frequency an arc over the level adds the states of all branches that it passes.
@@ -27,21 +27,21 @@ from reduction.array_type import Real
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SharedStates:
-    """States at some frequencies of one level, evaluated by o objectives."""
+    """States at some frequencies of one level, with the values of o objectives."""
 
     starts: tuple[Mapping[LimitKey, Sequence[SearchStart]], ...]
     """Outermost states by objective, frequency and side."""
     sampled: Mapping[int, Float[Real, "2 o"]]
-    """Lowest and highest value of the random histories by frequency, shape (2, o); NaN without any."""
+    """Lowest and highest value of the random histories by frequency, shape (2, o); NaN without histories."""
     count: Mapping[int, int]
-    """Random histories by frequency [-]."""
+    """Number of random histories by frequency [-]."""
     reached: Mapping[int, Float[Real, "2 o"]]
-    """Lowest and highest value of all states, the population's too, by frequency, shape (2, o)."""
+    """Lowest and highest value of all states, including the population, by frequency, shape (2, o)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _EvaluatedState:
-    """One state with its o objectives, and whether it belongs to a random history."""
+    """One state with the values of o objectives, and whether it belongs to a random history."""
 
     start: SearchStart
     value: Float[Real, " o"]
@@ -58,20 +58,20 @@ def share_histories(
     *,
     branches: bool = True,
 ) -> SharedStates:
-    """Continue a population and random histories along the frequencies of these indices, up and down.
+    """Continue a population and random histories along the frequencies of `indices`, up and down.
 
     Parameters
     ----------
     curve
-        System, level and all frequencies; its own objective does not matter.
+        System, level and all frequencies; its own objective is not used.
     indices
         Indices of the frequencies.
     objectives
-        Bounded objectives.
+        Objectives whose limits are sought.
     population
         Initial sliders of the population.
     count
-        Random histories [-].
+        Number of random histories [-].
     seed
         Seed of the random histories.
     branches
@@ -118,7 +118,7 @@ def share_histories(
 
 
 def _list_branches(point: LimitPoint) -> Iterator[TrialState]:
-    """States of the sliders at rest on an arc over the level."""
+    """States on an arc over the level, with the sliders at their positions at rest."""
     w = point.box.nominal
     start = make_initial_sliders(point.balance, w)
     for x in find_motions_along_the_level(point.balance, point.condensed.angular_frequency, start):
@@ -128,7 +128,7 @@ def _list_branches(point: LimitPoint) -> Iterator[TrialState]:
 
 
 def _select_furthest(states: Sequence[_EvaluatedState], number: int, side: LimitSide, count: int) -> list[SearchStart]:
-    """The outermost states for one objective with different values."""
+    """The outermost states of different values for one objective."""
     result: list[_EvaluatedState] = []
     for state in sorted(states, key=lambda item: -side * float(item.value[number])):
         value = state.value[number]

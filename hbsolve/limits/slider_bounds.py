@@ -22,17 +22,17 @@ from reduction.array_type import Real
 
 Sliders = Float[Real, " s"]
 
-#: A slider at most this far from its bound counts as at the bound, as a share of the reach.
+#: Distance of a slider from its bound, relative to the reach, up to which it counts as at the bound.
 ON_BOUND = 1e-6
-#: Radius assumed for a slider without load at rest, as a share of the mean radius.
+#: Radius assumed for a slider without load at rest, relative to the mean radius.
 UNLOADED = 0.3
-#: Directions of normal forces that static friction moves by less than this share of the most are left out.
+#: Effect of static friction on a direction of normal forces, relative to the largest, below which it is left out.
 WEAK = 0.1
 #: Weight of opening a contact, against gains of normal forces scaled to one.
 OPENING = 100.0
-#: Without a box random states reach further, by a factor of up to two to this power.
+#: Without a box random states reach further, by a factor of up to 2^DOUBLINGS.
 DOUBLINGS = 5.0
-#: Kinds of `make_random_sliders`; the last two are corners of the box.
+#: Number of kinds of `make_random_sliders`; the last two are corners of the box.
 N_KIND = 8
 
 
@@ -41,9 +41,9 @@ class SliderBox:
     """Initial slider states |w - nominal| <= reach."""
 
     nominal: Sliders
-    """Shape (s,) [m]."""
+    """Centre of the box, shape (s,) [m]."""
     reach: Sliders
-    """w_max of each slider, infinite for no box, shape (s,) [m]."""
+    """w_max of each slider, infinite without bounds, shape (s,) [m]."""
     radius: Sliders
     """mu N / k_t of each slider at rest: largest stretch of its spring, shape (s,) [m]."""
     middle: Sliders
@@ -51,7 +51,7 @@ class SliderBox:
 
     @property
     def bounded(self) -> bool:
-        """Whether there is a bound."""
+        """Whether the box has finite bounds."""
         return bool(np.isfinite(self.reach).all())
 
     @property
@@ -86,14 +86,14 @@ def make_slider_box(
     nominal: Sequence[float] | Sliders | None = None,
     reach: float | Sequence[float] | Sliders | None = None,
 ) -> SliderBox:
-    """A box about rest, with the structure at any frequency; see `limit_problem` for centre and reach.
+    """A box about the state of rest, with the structure at any frequency; see `limit_problem` for centre and reach.
 
     Raises
     ------
     BalanceError
         A centre that does not fit, or a reach that is not positive.
     NoSteadyState
-        No rest under the static load.
+        No state of rest under the static load.
     """
     given = make_initial_sliders(balance, nominal)
     rest = solve_at(balance.at_level(0.0), condensed, None, given)
@@ -105,7 +105,7 @@ def make_slider_box(
 
 
 def _reach(given: float | Sequence[float] | Sliders | None, radius: Sliders) -> Sliders:
-    """Of each slider, shape (s,) [m]."""
+    """Reach of each slider, shape (s,) [m]."""
     if given is None or np.ndim(given) == 0:
         wide = float(radius.mean()) if given is None else check_real_number(given, "reach", BalanceError)
         if not wide > 0:
@@ -154,7 +154,7 @@ def make_random_sliders(table: SliderTable, box: SliderBox, random: np.random.Ge
 def choose_starting_sliders(
     balance: HarmonicBalance, condensed: Condensed, table: SliderTable, box: SliderBox, count: int, seed: int
 ) -> list[Sliders]:
-    """A population: rest, vertices of the static friction polytope, random states; the seed chooses the last two."""
+    """A population: rest, vertices of the static friction polytope, random states; the last two depend on the seed."""
     random = np.random.default_rng(seed)
     answer = [box.nominal.copy(), *_find_static_vertices(balance, condensed, table, box, random, count // 2 - 1)]
     kinds = [2 * k if k % 2 == 0 else k + 6 for k in range(count - len(answer))]

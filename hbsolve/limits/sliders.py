@@ -38,18 +38,18 @@ class SliderTable(NamedTuple):
     by_normal: Real
     """mu k_n [N/m], 0 for a constant limit."""
     line: Whole
-    """Number of the line (and tangent) that a slider belongs to: contacts whose names differ in a last number alone."""
+    """Number of the line (and tangent) of a slider: contacts of a line have names that differ only in a last number."""
 
 
 class StickIntervals(NamedTuple):
-    """Where sliders stick in one motion, shape (s,) each."""
+    """Intervals in which sliders stick in one motion, shape (s,) each."""
 
     low: Real
     high: Real
     """w_low and w_high [m]."""
     at_low: Whole
     at_high: Whole
-    """Instants that determine them."""
+    """Instants that determine the ends."""
     limit_slope_low: Real
     limit_slope_high: Real
     """d(mu N / k_t)/dv at these instants: 0 where the contact is open [-]."""
@@ -58,8 +58,8 @@ class StickIntervals(NamedTuple):
 def make_slider_table(balance: HarmonicBalance) -> SliderTable:
     """Sliders of a balance, in order of joints and tangents.
 
-    A system without sliders, tangents that one Coulomb limit couples, whose disc has no interval, and joints stiffer
-    than the linear reference are refused (`BalanceError`).
+    Refused (`BalanceError`) are a system without sliders, tangents coupled by one Coulomb limit, a disc without
+    intervals, and joints stiffer than the linear reference.
     """
     if (stiffer := balance.find_stiffer_joint()) is not None:
         name, stiffness, most = stiffer

@@ -15,10 +15,10 @@ class StageProgress:
     """Progress of a search."""
 
     stage: str
-    """Present stage, in words."""
+    """Description of the present stage."""
     done: int
     total: int
-    """Tasks of this stage."""
+    """Number of tasks of this stage, finished and in total."""
 
 
 class SearchTask(NamedTuple):
@@ -40,7 +40,7 @@ def make_task_key(name: str, level: int, block: range) -> str:
     return f"{name}; level {level}, frequencies {block.start} to {block.stop - 1}"
 
 
-#: The problem of the tasks of this process: all of them share its condensed structures.
+#: Problem of the tasks of this process by token: all tasks share its condensed structures.
 _stored: dict[str, LimitProblem] = {}
 
 
@@ -61,22 +61,22 @@ class Runner:
     angular_frequency: Frequencies
     """Problem and frequencies of all tasks."""
     token: str
-    """Name that no other problem has."""
+    """Unique name of the problem."""
     store: MutableMapping[str, Any]
-    """Receives each result at once."""
+    """Mapping that receives each result at once."""
     executor: Executor | None
-    """Runs the tasks; this process by default."""
+    """Executor of the tasks; None for this process."""
     progress: Callable[[StageProgress], None]
-    """Called after each task."""
+    """Function called after each task."""
     prefix: str = ""
-    """Prefix of the names of its tasks in the store."""
+    """Prefix of the names of the tasks in the store."""
 
     @classmethod
     def from_problem(
         cls, problem: LimitProblem, angular_frequency: Frequencies, store: MutableMapping[str, Any] | None,
         executor: Executor | None, progress: Callable[[StageProgress], None] | None,
     ) -> "Runner":  # fmt: skip
-        """Make a runner; without a store results live as long as it."""
+        """Make a runner; without a store, results are kept as long as the runner."""
         return cls(
             problem=problem, angular_frequency=angular_frequency, token=uuid4().hex,
             store={} if store is None else store, executor=executor, progress=progress or (lambda _: None),
@@ -95,7 +95,7 @@ class Runner:
         return [self.store[task.key] for task in tasks]
 
     def _results(self, tasks: Sequence[SearchTask]) -> Iterator[tuple[str, Any]]:
-        """Keys and results of tasks as they come."""
+        """Keys and results of tasks in the order of completion."""
         given = self.token, self.problem, self.angular_frequency
         if self.executor is None:
             yield from ((task.key, run_task(*given, task)) for task in tasks)

@@ -1,9 +1,9 @@
 r"""Bounds of slider positions under the vibration of a test.
 
 The static load bounds the friction forces at rest, and so the slider positions at the start of a vibration. Vibration
-raises normal forces, and a slider that it has dragged stays there while the vibration continues, at other frequencies
-too. Slider i then exceeds its distance at rest by an amount that simulated tests of some histories show; contacts of
-one line belong to two bodies that move together, and get the largest excess of the line,
+raises normal forces, and a dragged slider keeps its position while the vibration continues, at other frequencies too.
+Slider i then exceeds its distance at rest by an amount that is found by simulated tests of some histories. Contacts of
+one line belong to two bodies that move together, and have the largest excess of the line,
 
 .. math:: w_{\mathrm{max}, i} = w_{\mathrm{rest}, i} + 1.25 \max_{j \in \mathrm{line}(i)}
           \max_t\, (|w_j - w_{\mathrm{nominal}, j}| - w_{\mathrm{rest}, j})^+ .
@@ -27,11 +27,11 @@ from reduction.array_type import Real
 MARGIN = 1.25
 #: Largest ratio of a transient to its steady state [-].
 OVERSHOOT = 2.0
-#: Steps of slow sweeps from one frequency to the next.
+#: Number of steps of slow sweeps from one frequency to the next.
 SWEEP_STEPS = 4
-#: Number of tests on each way (a sequence of frequencies and a direction), each from its own sliders.
+#: Number of tests for each sequence of frequencies and direction, each from its own sliders.
 N_TEST = 2
-#: Seed of their first sliders.
+#: Seed of the first sliders of the tests.
 SEED = 0
 
 
@@ -46,22 +46,22 @@ def compute_vibration_bounds(
     """Distance of the sliders from the centre of the box in some tests at each level, at least that of the box [m].
 
     A test is at one load, which is a level or its overshoot. It begins at rest with sliders in the box, is swept from
-    one end of the frequencies to the other, and back. The box does not bound the sliders on the way. Tests go directly
-    from one frequency to the next, in `SWEEP_STEPS` steps, and with the stops of the laboratory tests: the final
-    position of a slider depends on the last motion in which it slips, and so on the length of a step. A slowly growing
-    motion drags its sliders along, while a long step may end on another branch, which drags some sliders less and
-    others further.
+    one end of the frequencies to the other, and back. The box does not bound the sliders during the test. Tests go
+    directly from one frequency to the next, in `SWEEP_STEPS` steps, and with the stops of the laboratory tests: the
+    final position of a slider depends on the last motion in which it slips, and so on the length of a step. A slowly
+    growing motion drags its sliders along, while a long step may end on another branch, which drags some sliders less
+    and others further.
 
     Parameters
     ----------
     problem
         System, and the box of the states at rest.
     angular_frequency
-        Ascending, shape (f,) [rad/s].
+        Omega, ascending, shape (f,) [rad/s].
     levels
         Levels of the tests, shape (l,) [-].
     stops
-        Frequencies at which laboratory tests stop on their way, each as ascending indices into `angular_frequency`.
+        Frequencies at which each laboratory test stops, as ascending indices into `angular_frequency`.
     report
         Called with the number of finished frequencies, and of all frequencies of all tests.
     """
@@ -86,13 +86,13 @@ def compute_vibration_bounds(
                     states[test] = state = _solve_next(point, before, sliders[test], last)
                     if state is not None:
                         last, sliders[test] = state, state.periodic_slider
-                        # The position of a slipping slider carries no memory.
+                        # The position of a slipping slider does not depend on the history.
                         beyond = np.abs(state.periodic_slider - box.nominal) - box.reach
                         excess[row] = np.maximum(excess[row], np.where(state.sticking, beyond, 0.0))
                 done += 1
                 if report is not None:
                     report(done, total)
-    # Round-off of a slider that has not moved is no excess.
+    # Excess of a slider that has not moved is round-off.
     excess[excess <= ON_BOUND * box.reach] = 0.0
     excess = excess.reshape(len(levels), 2, len(line)).max(axis=1)
     of_line = np.zeros((len(levels), int(line.max()) + 1))
@@ -102,9 +102,9 @@ def compute_vibration_bounds(
 
 
 def _solve_next(point: LimitPoint, before: TrialState | None, w: Sliders, last: TrialState | None) -> TrialState | None:
-    """The state of a test at its next frequency; `last` is that of another test there.
+    """The state of a test at its next frequency; `last` is the state of another test at that frequency.
 
-    A state that is not found is skipped: a full search for each of very many would take seconds.
+    A state that is not found is skipped: a full search for each of very many states would take seconds.
     """
     near = None if before is None else point.solve(before.motion, w)
     if near is None and last is not None:

@@ -23,15 +23,16 @@ from hbsolve.state import SteadyState
 from reduction.array_input import freeze_arrays
 from reduction.array_type import Array, Real, Whole
 
-#: Share of the way between two points to which a bifurcation is located.
+#: Accuracy of the location of a bifurcation, relative to the distance between two points.
 LOCATED = 1e-6
-#: Imaginary part of a multiplier, in shares of its size, below which it counts as real; distance from the unit circle
-#: beyond which it has jumped; and angle of a further one near a fold in a structure with hardly any damping.
+#: Imaginary part of a multiplier, relative to its size, below which it counts as real; distance from the unit circle
+#: beyond which it has jumped; and largest angle of the multiplier at a fold [rad], which is not 0 where another one is
+#: near, in a structure with hardly any damping.
 REAL, ON_CIRCLE, NEAR_ONE = 1e-6, 1e-3, 0.5
 
 
 class Bifurcation(Enum):
-    """What happens where multipliers leave or enter the unit circle; the value is for people."""
+    """Event where multipliers leave or enter the unit circle; the value is its description."""
 
     FOLD = "fold: the curve turns back, and the motion jumps to another branch"
     BRANCH_POINT = "branch point: another branch of the same period crosses here"
@@ -42,21 +43,21 @@ class Bifurcation(Enum):
 
     @property
     def label(self) -> str:
-        """Its name."""
+        """Name of the bifurcation."""
         return self.value.partition(":")[0]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BifurcationPoint:
-    """Where the stability of a branch changes."""
+    """A point where the stability of a branch changes."""
 
     kind: Bifurcation
     index: int
-    """It lies between this point of the branch and the next one."""
+    """Index of the point of the branch before it; it lies between this point and the next."""
     state: SteadyState
-    """Steady state there."""
+    """Steady state at the bifurcation."""
     multiplier: complex
-    """Multiplier on the unit circle, or nearest to it at a jump; of a pair that with a positive imaginary part [-]."""
+    """Multiplier on the unit circle, or nearest to it at a jump; of a pair, that with a positive imaginary part [-]."""
 
     @property
     def second_frequency(self) -> float:
@@ -73,8 +74,8 @@ class BranchStability:
     leading: Complex[Array, " p"]
     """Multiplier of the largest size, shape (p,) [-]."""
     bifurcations: tuple[BifurcationPoint, ...]
-    """In the order of the branch, one wherever `n_unstable` changes. Two between the same two points may cancel and be
-    missed."""
+    """Bifurcations in the order of the branch, one wherever `n_unstable` changes. Two between the same two points may
+    cancel and be missed."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "n_unstable", dtype=np.int64)
@@ -96,7 +97,7 @@ def branch_stability(
 ) -> BranchStability:
     """Stability of a branch over frequency or level.
 
-    Sliders that do not move stay where they are between two points.
+    Sliders that do not move keep their positions between two points.
 
     Parameters
     ----------
@@ -107,12 +108,12 @@ def branch_stability(
     n_sample
         As for `hbsolve.stability.stability.stability`.
     report
-        Called with the number of points that are done and of all.
+        Called with the number of points done and of all points.
 
     Raises
     ------
     BalanceError
-        A branch of another balance, or one along which neither frequency nor level alone changes.
+        A branch of another balance, or a branch along which neither frequency nor level alone changes.
     """
     analysis = _BranchFloquetAnalysis(balance, branch, n_sample)
     count = len(branch.angular_frequency)
@@ -163,7 +164,7 @@ class _BranchFloquetAnalysis:
         return InitialSliders(place, np.zeros(len(place), dtype=np.int64))
 
     def at(self, angular_frequency: float, motion: Real, sliders: InitialSliders) -> Stability:
-        """Stability of a motion, on which the level has no bearing."""
+        """Stability of a motion; it does not depend on the level."""
         return compute_stability(self.balance, self.modes, angular_frequency, motion, sliders, self.n_sample)
 
     def at_point(self, index: int) -> Stability:
@@ -212,7 +213,7 @@ class _BranchFloquetAnalysis:
     def _kind(self, index: int, multiplier: complex, way: Direction, metric: Metric) -> Bifurcation:
         if abs(abs(multiplier) - 1) > ON_CIRCLE:
             return Bifurcation.JUMP
-        # Tangents along the way of the curve: a fold turns them from one direction of the parameter to the other.
+        # Tangents in the direction of travel: at a fold their component along the parameter changes its sign.
         near = range(max(index - 1, 0), min(index + 3, len(self.value)))
         ways = []
         for at in near:
@@ -227,7 +228,7 @@ class _BranchFloquetAnalysis:
 
 
 def _compute_distance(here: Stability, number: int) -> float:
-    """How far a multiplier is outside the unit circle; sliders that have stopped have none."""
+    """Logarithm of the size of a multiplier, positive outside the unit circle; sliders at rest have no multiplier."""
     size = np.abs(here.multipliers[number]) if number < len(here.multipliers) else 0.0
     return float(np.log(max(size, np.finfo(float).tiny)))
 

@@ -1,9 +1,9 @@
-r"""Branches that cross another one at a branch point, as where a symmetric structure begins to move unsymmetrically.
+r"""Branches that cross another one at a branch point, as where a symmetric structure begins to move asymmetrically.
 
 At a branch point the equations :math:`[R_x \; R_\lambda]` have a second direction :math:`\varphi` in their kernel,
-beside the tangent t of the known branch. Inverse iteration with the system bordered by t finds it. Newton's method in
-the plane :math:`\varphi \cdot \Delta = \pm s` then meets no point of the known branch, which is away from the branch
-point in this direction to second order only.
+beside the tangent t of the known branch. Inverse iteration with the system bordered by t finds it. The plane
+:math:`\varphi \cdot \Delta = \pm s`, in which Newton's method searches, contains no point of the known branch, which
+departs from the branch point in this direction only to second order.
 
 References
 ----------
@@ -33,7 +33,7 @@ from reduction.array_type import Real
 DISTANCES = (0.02, 0.05, 0.1, 0.2)
 #: Inverse iterations: each makes the error smaller by the distance to the branch point, some 1e-6.
 ITERATIONS = 4
-#: Newton's accuracy for which the bordered system is solved by a dense factor: it is nearly singular here.
+#: Relative residual for which the bordered system is solved by elimination: it is nearly singular here.
 DENSE = 0.0
 
 
@@ -41,16 +41,17 @@ DENSE = 0.0
 def crossing_branches(
     balance: HarmonicBalance, branch: ResponseBranch, point: BifurcationPoint, *, step: float | None = None
 ) -> tuple[ResponseBranch, ...]:
-    """Branches that leave another one at a branch point, one to either side, each with that point first.
+    """Branches that leave another one at a branch point, one to either side, each beginning with that point.
 
-    Those of a pitchfork are mirror images. They are followed within the range of the given branch, round folds.
+    The two branches of a pitchfork are mirror images. They are followed within the range of the given branch, round
+    folds.
 
     Parameters
     ----------
     balance, branch
         As for `hbsolve.stability.branch_stability.branch_stability`.
     point
-        One of its bifurcations, of the kind `BRANCH_POINT`.
+        Bifurcation of the branch, of the kind `BRANCH_POINT`.
     step
         Largest step in angular frequency [rad/s] or level [-]; a fiftieth of the range by default.
 
@@ -114,10 +115,10 @@ def _leave(
 def _find_second_direction(
     path: Path, x: Real, value: float, start: InitialSliders, way: Direction, metric: Metric
 ) -> Direction:
-    """Direction in the kernel square to the tangent of the known branch, of length 1."""
+    """Direction of length 1 in the kernel, perpendicular to the tangent of the known branch."""
     here = equation(path, value, x, start)
     t, _ = tangent(here, way, metric, 0)
-    # Any direction has a part in the kernel; a fixed seed makes results repeatable.
+    # A random direction has a component in the kernel; a fixed seed makes results repeatable.
     result = Direction(metric.motion * np.random.default_rng(0).standard_normal(x.shape), 0.0)
     first, count = here.balance.joint_of_direction
     border, corner = np.ascontiguousarray(t.motion / metric.motion**2), t.value / metric.value**2

@@ -29,11 +29,11 @@ class LinearStep(NamedTuple):
     """Transition: rows a_qq, a_qv, a_vq, a_vv, shape (4, r), if the modes uncouple, else shape (2 r, 2 r)."""
     by_force_before: Matrix
     by_force_after: Matrix
-    """What unit joint forces g at the first and at the second instant add, shape (2 r, d)."""
+    """State added by unit joint forces g at the first, and at the second instant, shape (2 r, d)."""
 
 
 def linear_step(modes: LinearModes, step: float) -> LinearStep:
-    """The step of a length [s]."""
+    """The step of the length `step` [s]."""
     r = len(modes.eigenvalue)
     # Balanced variables (scale q, v) keep the exponential of a stiff mode a rotation.
     scale = np.maximum(np.sqrt(np.abs(modes.eigenvalue)), 1 / step)

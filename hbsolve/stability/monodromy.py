@@ -6,10 +6,10 @@ implicit in the motion at the end of the step,
 
 .. math:: \delta g_k = T_u\, \delta u_k + T_v\, \delta \dot u_k + T_b\, \delta u_{k-1} + T_w\, \delta w_{k-1} .
 
-Sliders are part of the state: between two slips a slider carries a disturbance on from one time to a later one. Hill's
-method, which expands the disturbance in harmonics of the motion with the Jacobian of the balance, cannot have that:
-its forces depend on a disturbance as if it repeated every period. Sliders that never move in the period are left out:
-each has the multiplier 1 for good, as there is a steady state for any place of it.
+Sliders are part of the state: between two slips a slider carries a disturbance from one time to a later one. Hill's
+method, which expands the disturbance in harmonics of the motion with the Jacobian of the balance, cannot represent
+that: its forces depend on a disturbance as if it repeated every period. Sliders that never move in the period are left
+out: each has the multiplier 1, since there is a steady state for any position of it.
 
 Forces are continuous where a contact begins to slip or to lift off, so that a disturbance has no jump there.
 
@@ -36,30 +36,30 @@ from reduction.array_type import Real, Whole
 
 
 class Active(NamedTuple):
-    """Effect of a disturbance beyond the linear reference."""
+    """Joints and sliders through which a disturbance acts beyond the linear reference."""
 
     joint: Whole
     """Joints whose forces change."""
     place: Whole
-    """Where the directions of each of them begin among those of all of them."""
+    """Index in `direction` of the first direction of each of these joints."""
     direction: Whole
-    """Their directions in the balance."""
+    """Directions of these joints in the balance."""
     slider: Whole
-    """Of each slider of the balance: its number among those that move, -1 for none."""
+    """Number of each slider of the balance among those that move, -1 for others."""
     n_slider: int
 
 
 def monodromy(
     balance: HarmonicBalance, modes: LinearModes, angular_frequency: float, motion: Real, start: InitialSliders
 ) -> tuple[Float[Real, "m m"], int]:
-    """Monodromy matrix of a periodic motion, and how many multipliers of zero it has more than the motion.
+    """Monodromy matrix of a periodic motion, and the number of its multipliers near zero that the motion does not have.
 
     Parameters
     ----------
     balance
         System; its samples are the instants.
     modes
-        Its `hbsolve.linear_modes`.
+        Modes of its linear reference.
     angular_frequency
         Omega [rad/s].
     motion
@@ -133,7 +133,7 @@ def _find_active(table: Any, slopes: Any, u: Any, velocity: Any, slider: Any) ->
 
 @compiled
 def _propagate(step: Any, Z: Any) -> Any:
-    """The structure's state after a step without forces."""
+    """State of the structure after a step without forces."""
     if not step.is_diagonal:
         return np.dot(step.matrix, Z)
     r = Z.shape[0] // 2
@@ -152,8 +152,7 @@ def _add_forces(
 ) -> None:
     """Add the forces of one joint to the equations of all of them, matrix g = right.
 
-    `free` and `near` hold what displacements and velocities are without the forces at the end of the step, and what
-    those add.
+    `free` holds displacements and velocities without the forces at the end of the step, `near` those per unit force.
     """
     d, r = (block.shape[1] - block.shape[0]) // 2, len(past)
     for i in range(d):

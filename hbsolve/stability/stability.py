@@ -1,4 +1,4 @@
-"""Whether a steady state lasts: its Floquet multipliers."""
+"""Stability of a steady state: its Floquet multipliers."""
 
 from dataclasses import dataclass
 
@@ -15,11 +15,11 @@ from hbsolve.state import SteadyState, check_state
 from reduction.array_input import freeze_arrays
 from reduction.array_type import Array, Real
 
-#: Least number of instants at which a disturbance is followed. Where contacts change their state between two of them,
-#: the error is of first order in their distance: with so many, multipliers are within 1e-3 of the integration in time
-#: for joints that are about as stiff as the structure.
+#: Least number of instants at which a disturbance is followed. Where contacts change their state between two instants,
+#: the error is of first order in their distance: with this number, multipliers are within 1e-3 of the integration in
+#: time for joints that are about as stiff as the structure.
 LEAST_SAMPLE = 4096
-#: A multiplier of 1 by this counts as neutral: round-off and instants leave as much of undamped motions.
+#: Excess of a multiplier over 1 that counts as neutral: the error by round-off and instants for undamped motions.
 NEUTRAL = 1e-6
 
 
@@ -69,7 +69,7 @@ def stability(balance: HarmonicBalance, state: SteadyState, *, n_sample: int = 0
     Raises
     ------
     BalanceError
-        A state of another balance, too few instants, or joints too stiff beside the structure.
+        A state of another balance, too few instants, or joints too stiff compared with the structure.
     """
     check_state(balance, state)
     refuse_stiffer_joints(balance)
@@ -86,7 +86,7 @@ def compute_stability(
     start: InitialSliders,
     n_sample: int = 0,
 ) -> Stability:
-    """The same for the motion of the joint directions, real coefficients of shape (d, 2 H + 1) [m]."""
+    """Stability of a motion of the joint directions, real coefficients of shape (d, 2 H + 1) [m]."""
     fine = balance.with_samples(n_sample or max(balance.n_sample, LEAST_SAMPLE))
     matrix, n_zero = monodromy(fine, modes, angular_frequency, motion, start)
     values = np.linalg.eigvals(matrix).astype(np.complex128)
@@ -95,7 +95,7 @@ def compute_stability(
 
 
 def refuse_stiffer_joints(balance: HarmonicBalance) -> None:
-    """Refuse springs that the linear reference does not have: forces between instants could not follow them."""
+    """Refuse joints stiffer than the linear reference, whose forces between instants are not resolved."""
     if (stiffer := balance.find_stiffer_joint()) is not None:
         name, stiffness, most = stiffer
         raise BalanceError(
