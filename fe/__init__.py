@@ -1,1 +1,1 @@
-"""Meshes, elements, sparse mass and stiffness, supports and modes. Knows nothing of reduction or contact."""
+"""Meshes, elements, sparse mass and stiffness, supports and modes. No reduction or contact."""

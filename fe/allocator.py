@@ -1,4 +1,4 @@
-"""Freed memory that goes back to the operating system: glibc keeps pieces below 32 MB, up to a gigabyte of them."""
+"""Return freed memory to the operating system: glibc keeps freed pieces below 32 MB, up to a gigabyte in total."""
 
 import ctypes
 import sys

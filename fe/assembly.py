@@ -16,9 +16,9 @@ from fe.solid import DIRECTIONS, compute_element_blocks
 from fe.sparse.node_matrix import NodeMatrix
 from fe.sparse.upper_blocks import UpperBlocks
 
-#: Cells integrated at once: enough to amortise numpy's calls, few enough that their matrices stay in the cache.
+#: Number of cells that are integrated at once: enough to amortise numpy's calls, and few enough for the cache.
 BATCH = 64
-#: Where the block of two directions is among those that an element has.
+#: Index of the block of two directions in `DIRECTIONS`.
 NUMBER = {pair: k for k, pair in enumerate(DIRECTIONS)}
 #: All pairs of directions, in the order of a block in memory.
 DIRECTION_PAIRS = [(i, j) for i in range(3) for j in range(3)]
@@ -49,15 +49,15 @@ def assemble_compact(mesh: Mesh, materials: Material | Mapping[str, Material]) -
 
     Returns
     -------
-    Mass, the same in each direction, and stiffness, its upper triangle, shape (3 n_node, 3 n_node) [kg, N/m]. Supports,
-    modes, reductions and `factorise` take them as they are; for sums, slices and SciPy's solvers there is `.tocsr()`.
+    Mass, stored for one direction, and stiffness, stored as upper triangle, shape (3 n_node, 3 n_node) [kg, N/m].
+    Supports, modes, reductions and `factorise` accept them; sums, slices and SciPy's solvers need `.tocsr()`.
 
     Raises
     ------
     MeshError
         No cells; a material for an unknown cell set; or a cell with no material or with two.
     InvertedCell
-        A cell is turned inside out; the message has its number.
+        An inverted cell; the message contains its number.
     """
     if not mesh.n_cell:
         raise MeshError("the mesh has no cells: nothing to assemble")
@@ -70,12 +70,12 @@ def assemble_compact(mesh: Mesh, materials: Material | Mapping[str, Material]) -
         key, values = _sum_pairs(nodes, mesh.n_node, blocks, mass)
         keys.append(key)
         sums.append(values)
-    # A node without cells has its zeros on the diagonal, as every row of the upper triangle begins there.
+    # Nodes without cells get zeros on the diagonal, because every row of the upper triangle begins there.
     unused = np.setdiff1d(np.arange(mesh.n_node), np.concatenate([nodes.ravel() for nodes in mesh.cells.values()]))
     keys.append(unused * mesh.n_node + unused)
     sums.append([np.zeros(len(unused))] * (len(DIRECTION_PAIRS) + 1))
     key = np.concatenate(keys)
-    # The batches' keys are sorted already, and a stable sort merges sorted stretches in no time.
+    # The keys of each batch are sorted already, so a stable sort is fast.
     order = np.argsort(key, kind="stable")
     key = key[order]
     is_new = np.concatenate([[True], key[1:] != key[:-1]])
@@ -102,7 +102,7 @@ def _sum_pairs(
     mass: Float[NDArray[np.float64], "cell node node"],
 ) -> tuple[Int[NDArray[np.int64], " pair"], list[Float[NDArray[np.float64], " pair"]]]:
     """Sums over the cells of a batch for the node pairs a <= b: sorted keys a * n_node + b, nine stiffnesses, mass."""
-    # Numbered within the batch, all pairs fit into one table: a look-up each, where sorting them would take longest.
+    # With node numbers of the batch, all pairs fit into one table; sorting them would be slower.
     used, local = np.unique(nodes, return_inverse=True)
     local = local.reshape(nodes.shape).astype(np.int32)
     upper = np.flatnonzero(local[:, :, None] <= local[:, None, :])
@@ -114,7 +114,7 @@ def _sum_pairs(
     table[present] = np.arange(len(present), dtype=np.int32)
     place = table[pair]
     row, column = np.divmod(present, len(used))
-    # The entry of (a, i) and (b, j) is that of (b, j) and (a, i), which the six kept blocks have the other way round.
+    # By symmetry, the three missing blocks are transposes of stored blocks.
     whole = [blocks[NUMBER[i, j]] if i <= j else blocks[NUMBER[j, i]].swapaxes(1, 2) for i, j in DIRECTION_PAIRS]
     sums = [
         np.asarray(np.bincount(place, item.ravel()[upper], len(present)), dtype=np.float64) for item in (*whole, mass)

@@ -1,7 +1,7 @@
-"""One BLAS thread where matrices are small.
+"""Restrict OpenBLAS to one thread for small matrices.
 
-NumPy's and SciPy's OpenBLAS wake a thread per core for a few hundred coordinates, and these threads wait for each other
-in a busy loop: nothing is gained on an idle machine, and beside other work a reduction took ten times as long. MKL,
+NumPy's and SciPy's OpenBLAS start a thread per core for a few hundred coordinates, and these threads wait for each
+other in a busy loop: this gains nothing on an idle machine, and on a busy one a reduction took ten times as long. MKL,
 which factorises large sparse matrices, keeps its threads.
 """
 
@@ -17,14 +17,14 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 _lock = Lock()
-#: Calls that run now, and the threads that each library had before the first of them.
+#: Number of running calls, and number of threads of each library before the first of them.
 _running = 0
 _before: list[int] = []
 
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Let OpenBLAS use one thread within; the number of before comes back when the last user has left."""
+    """Let OpenBLAS use one thread in this context; the last context that ends restores the former numbers."""
     global _running, _before
     with _lock:
         if not _running:
@@ -41,7 +41,7 @@ def one_blas_thread() -> Iterator[None]:
 
 
 def on_one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a numerical entry point: all that it calls has one BLAS thread."""
+    """Decorate a function to run with one BLAS thread."""
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -58,7 +58,7 @@ def _set(threads: list[int]) -> None:
 
 @cache
 def _find_libraries() -> list[LibController]:
-    """Every OpenBLAS of this process; NumPy's and SciPy's, which differ, are loaded first."""
+    """All OpenBLAS libraries of this process; those of NumPy and SciPy, which differ, are loaded first."""
     import numpy as np  # noqa: F401
     import scipy.linalg  # noqa: F401
 

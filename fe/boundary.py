@@ -1,4 +1,4 @@
-"""Supports: fixed degrees of freedom, grounded springs and reactions; the proof that no rigid-body motion is left."""
+"""Supports: fixed degrees of freedom, grounded springs and reactions; check that no rigid-body motion is free."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +24,8 @@ MOTIONS = (
     "rotation about y",
     "rotation about z",
 )
-#: A rigid motion counts as free when the supports resist it this much less than the one they resist best.
+#: Resistance of the supports to a rigid motion, relative to the motion with the largest resistance, below which the
+#: motion is free.
 FREE_MOTION = 1e-10
 
 
@@ -42,7 +43,7 @@ class Support:
     Raises
     ------
     SupportError
-        A direction that is none of these.
+        No direction, or an invalid direction.
     """
 
     nodes: Int[NDArray[np.int64], " k"]
@@ -55,14 +56,14 @@ class Support:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GroundedSpring:
-    """A linear spring from each node to the ground.
+    """Linear spring from each node to the ground.
 
     Parameters
     ----------
     nodes
         Node numbers, shape (k,) [-].
     stiffness
-        Stiffness of each node's spring in x, y and z [N/m], none negative.
+        Stiffness of the spring of each node in x, y and z [N/m], not negative.
 
     Raises
     ------
@@ -87,29 +88,28 @@ def supported_system(
     damping: RayleighDamping | None = None,
     may_move: bool = False,
 ) -> LinearSystem:
-    """Matrices on the free degrees of freedom, with grounded springs and Rayleigh damping added.
+    """Make the linear system on the free degrees of freedom, with grounded springs and Rayleigh damping.
 
-    The springs are part of the stiffness that beta multiplies.
+    The stiffness-proportional damping includes the springs.
 
     Parameters
     ----------
     mesh
         The mesh.
     mass, stiffness
-        From `fe.assembly.assemble` or `assemble_compact`, shape (3 n_node, 3 n_node) [kg, N/m].
+        Matrices from `fe.assembly.assemble` or `assemble_compact`, shape (3 n_node, 3 n_node) [kg, N/m].
     supports, springs
         Supports and springs of the body.
     damping
-        Rayleigh coefficients; none means no damping.
+        Rayleigh coefficients; no damping by default.
     may_move
-        Whether the supports may leave rigid motions, as where the boundary of a reduction fixes the rest.
+        Whether the supports may leave rigid motions free, for example if the boundary of a reduction fixes them.
 
     Raises
     ------
     SupportError
-        A support without nodes or with nodes that the mesh has not; supports that leave a body of the mesh a rigid
-        motion, which the message names, as a `UnsupportedBody` if there are several; or supports that leave nothing to
-        move.
+        A support without nodes or with nodes that do not exist; supports that leave a rigid motion of a body free,
+        which the message names (`UnsupportedBody` if there are several bodies); or no free degree of freedom.
     """
     for support in supports:
         if not len(support.nodes):
@@ -143,7 +143,7 @@ def supported_system(
 
 
 def make_unsupported_system(mesh: Mesh, mass: Symmetric, stiffness: Symmetric) -> LinearSystem:
-    """All degrees of freedom of a mesh, fixed by nothing; arguments as in `supported_system`."""
+    """Make the linear system on all degrees of freedom of a mesh; arguments as in `supported_system`."""
     n = 3 * mesh.n_node
     return LinearSystem(
         mass=mass, damping=sp.csr_array((n, n)), stiffness=stiffness, free=np.arange(n), n_node=mesh.n_node
@@ -155,7 +155,7 @@ def make_rigid_motions(
 ) -> Float[NDArray[np.float64], "node 3 6"]:
     """Three translations and three rotations about a centre, by default the centroid, shape (n_node, 3, 6) [-].
 
-    Rotations are scaled by the largest distance from the centre, so that all six are of one magnitude.
+    Rotations are divided by the largest distance from the centre, so that all six motions are of the same magnitude.
     """
     centred = points - (points.mean(axis=0) if centre is None else centre)
     size = max(float(np.linalg.norm(centred, axis=1).max()), np.finfo(float).tiny)
@@ -178,9 +178,9 @@ def _refuse_rigid_motion(
     fixed: NDArray[np.bool_],
     grounded: Float[NDArray[np.float64], "node 3"],
 ) -> None:
-    from scipy.sparse.csgraph import connected_components  # with all solvers of scipy, and most commands have no mesh
+    from scipy.sparse.csgraph import connected_components  # imports all solvers of scipy; most commands have no mesh
 
-    # Whether a motion is resisted is a matter of geometry alone: a soft spring holds as a stiff one does.
+    # The check depends on geometry only: soft springs count as stiff ones.
     resisting = fixed | (grounded > 0)
     # Rows of one node couple as a block, so the graph of the x rows is the graph of the bodies.
     graph = stiffness.graph() if isinstance(stiffness, UpperBlocks) else stiffness.tocsr()[::3][:, ::3]
@@ -191,7 +191,7 @@ def _refuse_rigid_motion(
             continue
         if len(nodes) == 1:
             raise SupportError(f"node {nodes[0]} belongs to no cell and is not fixed: remove it from the mesh")
-        # About the centre of what is fixed, a motion that the supports leave is a rotation alone more often than not.
+        # About the centre of the supported nodes, a free motion is usually a pure rotation.
         where = nodes[resisting[nodes].any(axis=1)]
         motions = make_rigid_motions(mesh.points[nodes], mesh.points[where].mean(axis=0) if where.size else None)
         resisted = np.einsum("nik,ni,nil->kl", motions, resisting[nodes].astype(np.float64), motions)
@@ -210,12 +210,12 @@ def _refuse_rigid_motion(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SupportReaction:
-    """Force of the supports of one set of nodes on a body, along x, y and z.
+    """Force of the supports of a set of nodes on a body, along x, y and z.
 
     Parameters
     ----------
     stiffness, mass
-        Rows over displacements and over accelerations, shape (3, n) [N/m, kg].
+        Rows that multiply displacements and accelerations, shape (3, n) [N/m, kg].
     """
 
     stiffness: Float[NDArray[np.float64], "3 n"]
@@ -227,7 +227,7 @@ def find_reaction(
 ) -> SupportReaction:
     r"""Rows of the reaction of a set of fixed nodes, summed for each direction.
 
-    With the free displacements q and the fixed ones at rest, the supports push on the body with
+    With the free displacements q, and zero displacements of the fixed nodes, the force of the supports on the body is
     :math:`R = K_{sf} q + M_{sf} \ddot q`.
 
     Parameters
@@ -235,12 +235,12 @@ def find_reaction(
     stiffness, mass
         Matrices of the whole mesh, before supports, shape (3 n_node, 3 n_node) [N/m, kg].
     nodes
-        Fixed in all directions.
+        Nodes that are fixed in all directions, shape (k,) [-].
     free
-        Free degrees of freedom of the mesh, which the rows are over.
+        Free degrees of freedom of the mesh, the columns of the rows, shape (n,) [-].
     """
     picked = np.zeros((3, stiffness.shape[0]))
     for direction in range(3):
         picked[direction, 3 * nodes + direction] = 1.0
-    # The matrices are symmetric: rows of the fixed are columns of them.
+    # The matrices are symmetric, so their columns are their rows.
     return SupportReaction(stiffness=(stiffness @ picked.T)[free].T, mass=(mass @ picked.T)[free].T)

@@ -1,4 +1,4 @@
-"""CalculiX as an independent witness: its frequencies, mass and stiffness of a mesh."""
+"""Run CalculiX as an independent check: natural frequencies, mass and stiffness of a mesh."""
 
 import os
 import shutil
@@ -18,7 +18,7 @@ from fe.material import Material
 from fe.mesh import Mesh
 from geometry.errors import InputError
 
-#: Its jobs here take seconds; this only ends one that hangs [s].
+#: Time limit for a job that hangs [s]; jobs take seconds.
 TIME_LIMIT = 3600.0
 JOB = "witness"
 
@@ -78,7 +78,7 @@ def run_matrices(mesh: Mesh, materials: Material | Mapping[str, Material]) -> tu
         nothing = np.empty((0, 2), dtype=np.int64)
         write_calculix(mesh, deck, materials, nothing, 1, FrequencyOutput.MATRICES)
         _run(deck, deck.with_suffix(".sti"))
-        # Lines "node.direction", both from 1: text, for 12.1 and 12.10 are one number.
+        # Lines "node.direction", both from 1, read as text: 12.1 and 12.10 are the same number.
         names = [line.split(".") for line in deck.with_suffix(".dof").read_text().split()]
         dofs = np.array([3 * (int(node) - 1) + int(direction) - 1 for node, direction in names])
         mass, stiffness = (
@@ -101,7 +101,7 @@ def _run(deck: Path, result: Path) -> None:
         timeout=TIME_LIMIT,
         check=False,
     )
-    # It ends with code 0 after most errors: the file it owes is the proof, and "*ERROR" the reason.
+    # CalculiX ends with code 0 after most errors: the result file shows success, and "*ERROR" in the output the reason.
     if done.returncode or not result.is_file() or not result.stat().st_size:
         lines = (done.stdout + done.stderr).splitlines()
         start = next((k for k, line in enumerate(lines) if "*ERROR" in line), max(len(lines) - 3, 0))
@@ -112,8 +112,8 @@ def _run(deck: Path, result: Path) -> None:
 def _read_eigenvalues(path: Path) -> Float[NDArray[np.float64], " mode"]:
     """Read the binary .eig file of `*FREQUENCY, STORAGE=YES`.
 
-    It starts with four integers, the last of which is the number of modes; the eigenvalues follow as doubles. How wide
-    an integer is depends on how the program was compiled.
+    It starts with four integers, the last of which is the number of modes; the eigenvalues follow as doubles. The size
+    of the integers depends on how CalculiX was compiled.
     """
     content = path.read_bytes()
     for size, form in ((4, "<4i"), (8, "<4q")):

@@ -1,11 +1,11 @@
-"""Compiling a function to machine code, stored on disk until any of the compiled code changes.
+"""Compile functions to machine code, which is stored on disk until any of the compiled code changes.
 
-numba stores compiled functions by the file that holds them, and does not see a change in what they call from another
-file. Here they are stored in a folder whose name is a hash over all files of the package that compile or define what
-compiled functions exchange, so that stale machine code cannot be found.
+numba stores compiled functions by the file that contains them, and does not detect a change of functions that they call
+in another file. Here they are stored in a folder whose name is a hash over all files of the package that contain
+compiled functions or define their arguments, so that outdated machine code is not found.
 
-Compiling takes up to minutes, once: a line on the logger `stickslip`, which Python writes to standard error unless
-the user says otherwise, says so when it begins. Damaged files are compiled again, and a full disk stores nothing.
+Compiling takes up to minutes, once: when it begins, a message is written to the logger `stickslip`, by default on
+standard error. Code in damaged files is compiled again; on a full disk nothing is stored.
 """
 
 import atexit
@@ -28,17 +28,17 @@ from fe.stored_code import checked_file_class, stored_library_class
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-#: A file that holds one of these takes part in compiled code.
+#: Texts that mark a file as part of the compiled code.
 MARKS = (b"fe.compiled", b"NamedTuple", b"import intrinsic", b"fe.sparse.simd_code")
-#: Changes with the layout of the files.
+#: Part of the hash; to be changed with the layout of the stored files.
 FORMAT = b"with checksums"
-#: How long the compiled code of a package takes, on one core of 2024 that does nothing else, where that is long.
+#: Time to compile a package, if it is long, on one otherwise idle core of 2024.
 DURATION = {"fe": "about 15 seconds", "hbsolve": "up to a minute", "transient": "about 20 seconds"}
-#: What these packages are, for people who have not seen the code.
+#: Names of these packages in messages.
 SUBJECT = {"fe": "finite elements", "hbsolve": "solver", "transient": "time integration"}
-#: Where processes of this run find the folder that is removed at its end.
+#: Environment variable with the folder that is removed at the end of the run.
 PASSING = "STICKSLIP_PASSING_FOLDER"
-#: What the user can do about a folder.
+#: Remedy for a folder that cannot be written.
 REMEDY = "set NUMBA_CACHE_DIR to a writable folder with about 50 MB of free space"
 
 log = logging.getLogger("stickslip")
@@ -50,7 +50,7 @@ CALLS = {"hbsolve": ("reduction",), "transient": ("reduction",), "correlation": 
 
 
 def compiled(function: F) -> F:
-    """Compile on the first call; without bounds checks, so array shapes are the caller's care."""
+    """Compile a function on its first call. There are no bounds checks: the caller must ensure array shapes."""
     import numba
 
     package = function.__module__.partition(".")[0]
@@ -60,10 +60,10 @@ def compiled(function: F) -> F:
 
 
 def compiled_template(function: Callable[..., Any]) -> Callable[..., Any]:
-    """What makes compiled copies of a function: in ``make(module, name=other)`` `other` stands for its global `name`.
+    """Make a function that compiles copies of a template: ``make(module, name=other)`` replaces its global `name`.
 
-    numba stores no machine code that is given a function as argument. A copy is stored for the module that asks for it,
-    which may have one of each template. What `name` stands for may also be a constant.
+    numba does not store machine code of functions that have a function as argument. A copy is stored for the calling
+    module, which may have one copy of each template. `other` may be a function or a constant.
     """
 
     def make(module: str, **others: Any) -> Callable[..., Any]:
@@ -77,20 +77,20 @@ def compiled_template(function: Callable[..., Any]) -> Callable[..., Any]:
 def compiled_switch(
     module: str, arguments: str, cases: Sequence[Callable[..., Any]], other: tuple[Callable[..., Any], str]
 ) -> Callable[..., Any]:
-    """A compiled function that calls one of several: ``switch(kind, address, ...)``.
+    """Make a compiled function that calls one of several functions: ``switch(kind, address, ...)``.
 
-    numba can choose among functions by their number only where each call is written out, so the source is made here.
+    numba can choose among functions by number only if each call is written out, so the source is generated here.
 
     Parameters
     ----------
     module
-        Name of the calling module, which the machine code is stored for.
+        Name of the calling module, for which the machine code is stored.
     arguments
         Names of the arguments, separated by commas.
     cases
-        Called with these arguments for kind = 0, 1, ...
+        Functions that are called with these arguments for kind = 0, 1, ...
     other
-        Called for any other kind, and the names of its arguments, which may include ``address``.
+        Function that is called for any other kind, and the names of its arguments, which may include ``address``.
     """
     lines = [f"def switch(kind, address, {arguments}):"]
     lines += [f"    if kind == {number}:\n        return case_{number}({arguments})" for number in range(len(cases))]
@@ -101,12 +101,12 @@ def compiled_switch(
 
 
 class _StoredCode:
-    """numba's store of one function, which may be empty, damaged or full; opened on first use, as most are never used.
+    """numba's store of one function, which may be empty, damaged or full; it is opened on first use.
 
     Parameters
     ----------
     function
-        Function that is compiled.
+        Compiled function.
     package
         Package of the function.
     folder
@@ -134,15 +134,15 @@ class _StoredCode:
         return getattr(self._store, name)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Machine code for arguments of these types; None, which has it compiled, if there is none that can be read."""
-        with suppress(ImportError, AttributeError):  # another numba reads all that was stored
+        """Machine code for arguments of these types; None, so that numba compiles it, if none can be read."""
+        with suppress(ImportError, AttributeError):  # other versions of numba read all stored code
             target_context.codegen()._library_class = stored_library_class()
         try:
-            # numba's `load_overload` reads all that it knows how to compile before: a tenth of the time of a command
-            # that compiles nothing. Its compiler does so again where something must be compiled.
+            # numba's `load_overload` first loads all its implementations, which takes a tenth of the time of a command
+            # that compiles nothing. The compiler loads them anyway if something must be compiled.
             name_symbols()
             result = self._store._load_overload(sig, target_context)
-        except Exception:  # a file that a power cut or a bad disk damaged
+        except Exception:  # a damaged file
             _say_once("damaged", f"compiled code in {self._path} is damaged and is compiled again")
             result = None
             self._attempt(self._store.flush)
@@ -151,7 +151,7 @@ class _StoredCode:
         return result
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Store machine code, if the disk takes it."""
+        """Store machine code; a disk error is only reported."""
         self._attempt(lambda: self._store.save_overload(sig, data))
 
     def _attempt(self, write: Callable[[], None]) -> None:
@@ -164,8 +164,8 @@ class _StoredCode:
 
 @cache
 def name_symbols() -> None:
-    """Make known to the linker all that machine code may call: numba's memory, and the seeds of Python's hashes."""
-    import numba.cpython.hashing  # noqa: F401  # names the seeds
+    """Register the symbols that machine code may call with the linker: numba's memory and seeds of Python's hashes."""
+    import numba.cpython.hashing  # noqa: F401  # registers the seeds
     from numba.core.registry import cpu_target
     from numba.core.runtime.nrt import rtsys
 
@@ -174,7 +174,7 @@ def name_symbols() -> None:
 
 def _say_that_it_compiles(package: str) -> None:
     folder = _folder(package)
-    # Processes of a pool begin together: the one that finds the folder empty speaks for all.
+    # Processes of a pool begin together: only one that finds the folder empty reports.
     is_child = multiprocessing.parent_process() is not None
     if package not in DURATION or (is_child and any(folder.path.rglob("*.nbi"))):
         return
@@ -185,13 +185,13 @@ def _say_that_it_compiles(package: str) -> None:
 
 
 @cache
-def _say_once(subject: str, sentence: str) -> None:  # noqa: ARG001  # what is said once
+def _say_once(subject: str, sentence: str) -> None:  # noqa: ARG001  # key of the cache
     log.warning("stickslip: %s", sentence)
 
 
 @dataclass(frozen=True)
 class _Folder:
-    """Where the compiled code of a package is, and whether it ends with this run."""
+    """Folder of the compiled code of a package; if `passes`, it is removed at the end of the run."""
 
     path: Path
     passes: bool
@@ -199,7 +199,7 @@ class _Folder:
 
 @cache
 def _folder(package: str) -> _Folder:
-    """Numba's folder if the user named one, else the user's cache, else one that is removed at the end of the run."""
+    """Numba's folder if the user set one, else the user's cache, else a folder removed at the end of the run."""
     from platformdirs import user_cache_path
 
     digest = hashlib.sha256(FORMAT)
@@ -221,10 +221,10 @@ def _folder(package: str) -> _Folder:
 
 
 def _passing_folder() -> str:
-    """A folder for this process and those that it starts."""
+    """Temporary folder of this process and its child processes."""
     if PASSING not in os.environ:
         owner, folder = os.getpid(), tempfile.mkdtemp(prefix="stickslip-compiled-")
         os.environ[PASSING] = folder
-        # A forked process inherits what is done at the end, but not the folder.
+        # Forked processes inherit the exit function, but must not remove the folder.
         atexit.register(lambda: shutil.rmtree(folder, ignore_errors=True) if os.getpid() == owner else None)
     return os.environ[PASSING]

@@ -16,9 +16,9 @@ class RayleighDamping:
     Parameters
     ----------
     mass_factor
-        alpha [1/s].
+        Coefficient alpha of the mass [1/s].
     stiffness_factor
-        beta [s].
+        Coefficient beta of the stiffness [s].
     """
 
     mass_factor: float
@@ -30,15 +30,15 @@ class RayleighDamping:
 
 
 def rayleigh_damping(damping_ratio: float, frequency: float) -> RayleighDamping:
-    """Rayleigh damping with a given ratio on one mode, half of it from mass and half from stiffness.
+    """Rayleigh damping with a given ratio of one mode, half of it from mass and half from stiffness.
 
-    alpha = zeta omega, beta = zeta / omega: that is where zeta(omega) has its minimum, so neighbours of the mode are
-    damped at least as much, and a frequency that is off by a little is damped the same.
+    With alpha = zeta omega and beta = zeta / omega, zeta(omega) has its minimum at the mode: other modes are damped at
+    least as much, and a small error of the frequency does not change the ratio.
 
     Parameters
     ----------
     damping_ratio
-        zeta [-], in [0, 1).
+        Damping ratio zeta [-], in [0, 1).
     frequency
         Frequency of the mode [Hz], positive.
 
@@ -58,6 +58,6 @@ def rayleigh_damping(damping_ratio: float, frequency: float) -> RayleighDamping:
 
 
 def add_damping(system: LinearSystem, damping: RayleighDamping) -> LinearSystem:
-    """The system with the damping matrix alpha M + beta K in place of its own; grounded springs are part of K."""
+    """System with its damping matrix replaced by alpha M + beta K; grounded springs are part of K."""
     C = damping.mass_factor * system.mass.tocsr() + damping.stiffness_factor * system.stiffness.tocsr()
     return replace(system, damping=sp.csr_array(C))

@@ -1,4 +1,4 @@
-"""Modes of small dense matrices, with the low ones accurate to their own last digits."""
+"""Modes of small dense matrices, with low modes accurate to round-off of their own size."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 
-#: An eigenvalue this far below the highest is a rigid-body motion: a dense solve cannot distinguish it from zero.
+#: Eigenvalue, relative to the highest, below which a mode is a rigid-body motion: a dense solver cannot distinguish it
+#: from zero.
 RIGID = 1e-13
 
 
@@ -22,19 +23,19 @@ class DenseModes:
     .. math:: V^T (K - \omega^2 M) V = I - (\sigma + \omega^2)\, \mathrm{diag}(\mu), \qquad
               \lambda = 1 / \mu - \sigma
 
-    A dense solver errs by round-off times the largest eigenvalue it sees. In this form the largest mu are the lowest
-    modes, so those are good to about 1e-15; in the form K phi = lambda M phi stiff contact nodes spoil them (a ratio
-    of 1e8 between the highest and the lowest lambda costs 8 digits). What is lost instead, digits of the highest
-    lambda, a compliance never sees.
+    The error of a dense solver is round-off times the largest eigenvalue. In this form the largest mu belong to the
+    lowest modes, which are accurate to about 1e-15; in the form K phi = lambda M phi stiff contact nodes reduce their
+    accuracy (a ratio of 1e8 between the highest and the lowest lambda costs 8 digits). The highest lambda lose digits
+    instead, which does not affect compliances.
 
     Parameters
     ----------
     shift
-        sigma >= 0 [rad^2/s^2], of the size of the lowest eigenvalue that is not zero.
+        Shift sigma >= 0, of the size of the lowest eigenvalue that is not zero [rad^2/s^2].
     mu
-        Descending, shape (r,) [s^2/rad^2].
+        Eigenvalues, descending, shape (r,) [s^2/rad^2].
     shapes
-        V, normalised as above, shape (r, r).
+        Eigenvectors V, normalised as above, shape (r, r).
     """
 
     shift: float
@@ -43,17 +44,17 @@ class DenseModes:
 
     @property
     def lambda_(self) -> Float[NDArray[np.float64], " r"]:
-        """Squared angular frequencies, ascending; those of rigid-body motions may be negative by round-off."""
+        """Squared angular frequencies, ascending [rad^2/s^2]; negative round-off is possible for rigid-body motions."""
         return np.asarray(1 / self.mu - self.shift)
 
     @property
     def frequency(self) -> Float[NDArray[np.float64], " r"]:
-        """Natural frequencies, ascending; zero of rigid-body motions [Hz]."""
+        """Natural frequencies, ascending; zero within round-off for rigid-body motions [Hz]."""
         return np.asarray(np.sqrt(self.lambda_.clip(min=0)) / (2 * np.pi))
 
     @property
     def mode_shapes(self) -> Float[NDArray[np.float64], "r r"]:
-        """Mass-normalised, the largest entry of each positive, shape (r, r) [kg^-1/2]."""
+        """Mass-normalised mode shapes, the largest entry of each positive, shape (r, r) [kg^-1/2]."""
         shapes = self.shapes / np.sqrt(self.mu)
         return np.asarray(shapes * np.sign(shapes[np.abs(shapes).argmax(axis=0), np.arange(len(self.mu))]))
 
@@ -62,14 +63,14 @@ class DenseModes:
 def compute_dense_modes(
     mass: Float[NDArray[np.float64], "r r"], stiffness: Float[NDArray[np.float64], "r r"]
 ) -> DenseModes:
-    """All modes of a small system; the stiffness may be singular.
+    """Compute all modes of a small system; the stiffness may be singular.
 
     Parameters
     ----------
     mass
-        Symmetric positive definite, shape (r, r) [kg].
+        Mass matrix, symmetric positive definite, shape (r, r) [kg].
     stiffness
-        Symmetric positive semi-definite, shape (r, r) [N/m].
+        Stiffness matrix, symmetric positive semi-definite, shape (r, r) [N/m].
 
     Raises
     ------
@@ -79,7 +80,7 @@ def compute_dense_modes(
     rough = scipy.linalg.eigh(stiffness, mass, eigvals_only=True)
     if rough[0] < -1e-9 * abs(rough[-1]):
         raise np.linalg.LinAlgError(f"the stiffness is indefinite: lowest eigenvalue {rough[0]:.3g} rad^2/s^2")
-    # A negative eigenvalue is the round-off of a rigid-body motion, and tells how large that of others may be.
+    # A negative eigenvalue is the round-off of a rigid-body motion, and bounds that of other rigid-body motions.
     elastic = rough[rough > max(RIGID * rough[-1], -10 * rough[0])]
     shift = float(elastic[0]) if elastic.size else 1.0
     mu, shapes = scipy.linalg.eigh(mass, stiffness + shift * mass)

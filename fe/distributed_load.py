@@ -1,13 +1,13 @@
-r"""A force, wherever it acts, spread over a patch of nodes that carries it without being stiffened.
+r"""Distribute a force at any point over a patch of nodes without stiffening the patch.
 
-With the mean place c of the nodes, r_i their places about it,
+With the mean position c of the nodes and their positions r_i relative to it,
 
 .. math:: f_i = \frac{1}{n} (F + b \times r_i), \qquad
           \frac{1}{n} \sum_i r_i \times (b \times r_i) = (p - c) \times F ,
 
-has the resultant F and the moment of F at p, and is the smallest such set of forces. All nodes count alike, so that
-the traction follows the density of the mesh. The point p need not lie on the
-body: a dead weight may pull beside it.
+the nodal forces have the resultant F and the moment of F at p, and are the smallest with this property. All nodes have
+equal weight, so that the traction follows the density of the mesh. The point p need not lie on the body; a dead weight
+may act beside it.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fe.errors import MeshError
 from fe.mesh import Mesh
 
-#: Smallest width of a patch over its largest that can take a moment about every axis.
+#: Smallest ratio of the widths of a patch that can transmit a moment about every axis.
 SLENDER = 1e-3
 
 
@@ -32,24 +32,24 @@ def distribute_load(
     Parameters
     ----------
     mesh
-        The body.
+        Mesh of the body.
     nodes
-        The patch, three nodes at least.
+        Nodes of the patch, at least three, shape (k,) [-].
     force
-        F [N].
+        Force F, shape (3,) [N].
     point
-        p, where it acts [m].
+        Point p at which the force acts, shape (3,) [m].
 
     Raises
     ------
     MeshError
-        Nodes on one straight line, which take no moment about it.
+        Nodes on a straight line, which cannot transmit a moment about it.
     """
     nodes = np.unique(nodes)
     places = mesh.points[nodes]
     middle = places.mean(axis=0) if len(nodes) else np.zeros(3)
     about = places - middle
-    # The mean of rounded places is not quite zero, and a far point has a long lever.
+    # The mean is not exactly zero because of round-off, which matters for a distant point.
     about -= about.mean(axis=0) if len(nodes) else 0.0
     squares = about.T @ about / max(len(nodes), 1)
     widths = np.linalg.eigvalsh(squares)

@@ -1,32 +1,32 @@
-"""Errors of meshes, supports and matrix files; the whole tree is drawn in `geometry.errors`."""
+"""Errors of meshes, supports and matrix files; `geometry.errors` shows the whole tree of errors."""
 
 from geometry.errors import InputError
 
 
 class MeshError(InputError):
-    """A mesh, or a mesh file, that cannot be used."""
+    """Error for a mesh or mesh file that cannot be used."""
 
 
 class InvertedCell(MeshError):
-    """At least one cell is turned inside out."""
+    """Error for a mesh with at least one inverted cell."""
 
 
 class PointOffSurface(MeshError):
-    """A place that is not on the surface of the mesh.
+    """Error for a point that is not on the surface of the mesh.
 
     Parameters
     ----------
     message
-        One sentence.
+        Message in one sentence.
     number
-        Index of the place.
+        Index of the point.
     distance
-        From the nearest face [m].
+        Distance from the nearest face [m].
     nearest
-        Point of that face, x, y, z [m].
+        Nearest point of that face, x, y, z [m].
     """
 
-    # Defaults, since an error that comes back from another process is made of its message first.
+    # The defaults are needed because an error from another process is first constructed from its message.
     def __init__(
         self, message: str, number: int = 0, distance: float = 0.0, nearest: tuple[float, ...] = (0.0, 0.0, 0.0)
     ) -> None:
@@ -37,16 +37,16 @@ class PointOffSurface(MeshError):
 
 
 class SupportError(InputError):
-    """Supports that name nothing, or leave a rigid-body motion free."""
+    """Error for supports that select no node, or leave a rigid-body motion free."""
 
 
 class UnsupportedBody(SupportError):
-    """Supports that leave one of several bodies a rigid-body motion."""
+    """Error for supports that leave a rigid-body motion of one of several bodies free."""
 
 
 class MatrixFileError(InputError):
-    """A file of sparse matrices, or of their degrees of freedom, that cannot be used."""
+    """Error for a file of sparse matrices, or of their degrees of freedom, that cannot be used."""
 
 
 class BackendError(InputError):
-    """A library for sparse matrices that was asked for and is not installed."""
+    """Error for a requested library for sparse matrices that is unknown or not installed."""

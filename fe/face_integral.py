@@ -1,4 +1,4 @@
-"""Integrals over faces of solid cells: area, area vector, the volume that a closed surface holds, nodal loads."""
+"""Integrals over faces of solid cells: area, area vector, volume inside a closed surface, nodal loads."""
 
 from collections.abc import Callable
 from functools import cache
@@ -12,7 +12,7 @@ from fe.mesh import Mesh
 
 Faces = Int[NDArray[np.int64], "k 2"]
 
-#: Gauss points per direction: exact to degree 9, above what the faces of quadratic cells need for area vectors (4).
+#: Number of Gauss points per direction: exact to degree 9; area vectors of quadratic cells need degree 4.
 N_POINT = 5
 
 
@@ -23,7 +23,7 @@ def integrate_areas(mesh: Mesh, faces: Faces) -> Float[NDArray[np.float64], " k"
 
 
 def integrate_volume(mesh: Mesh) -> float:
-    r"""Volume inside the outer faces, V = 1/3 \oint x \cdot n dA: exact for curved cells too [m^3]."""
+    r"""Volume inside the outer faces, V = 1/3 \oint x \cdot n dA, exact also for curved cells [m^3]."""
     points, vectors = _sample_faces(mesh, find_outer_faces(mesh))
     return float((points * vectors).sum() / 3)
 
@@ -38,9 +38,9 @@ def integrate_over_faces(
     Parameters
     ----------
     mesh, faces
-        Cell and local face of each face, shape (k, 2) [-].
+        The mesh, and cell and local face of each face, shape (k, 2) [-].
     density
-        Function of points and unit outward normals there, shapes (..., 3): the densities p, shape (..., n).
+        Function that returns the densities p, shape (..., n), at points with unit outward normals, shapes (..., 3).
     """
     points, vectors = _sample_faces(mesh, faces)
     area = np.linalg.norm(vectors, axis=2, keepdims=True)
@@ -53,7 +53,7 @@ def integrate_over_faces(
 
 
 def find_outer_faces(mesh: Mesh) -> Faces:
-    """Faces that belong to one cell alone: cell and local face, in the order of the cells."""
+    """Faces that belong to only one cell: cell and local face, in the order of the cells."""
     keys, owners = [], []
     for start, element, cells in mesh.blocks():
         for local, corners in enumerate(element.corner_faces):
@@ -62,7 +62,7 @@ def find_outer_faces(mesh: Mesh) -> Faces:
             keys.append(key)
             owners.append(np.column_stack([start + np.arange(len(cells)), np.full(len(cells), local)]))
     owner = np.concatenate(owners)
-    # Rows as single values of 32 bytes: they sort many times faster than rows of numbers.
+    # Rows as single values of 32 bytes, which sort much faster than rows of numbers.
     rows = np.concatenate(keys).view("V32").ravel()
     _, which, count = np.unique(rows, return_inverse=True, return_counts=True)
     outer = owner[count[which] == 1]
@@ -72,7 +72,7 @@ def find_outer_faces(mesh: Mesh) -> Faces:
 def _sample_faces(
     mesh: Mesh, faces: Faces
 ) -> tuple[Float[NDArray[np.float64], "k point 3"], Float[NDArray[np.float64], "k point 3"]]:
-    """Gauss points on the faces, and their weighted outward normals."""
+    """Gauss points on the faces, and weighted outward normals there."""
     n = N_POINT**2
     points, vectors = np.zeros((len(faces), n, 3)), np.zeros((len(faces), n, 3))
     for here, element, local, cells in mesh.face_groups(faces):
@@ -97,7 +97,7 @@ def _rule(
     weights = np.outer(w, w).ravel() / 4
     origin, along = find_face_frame(element, local)
     if len(element.corner_faces[local]) == 3:
-        # The square folded into a triangle: its side t = 1 becomes the third corner.
+        # The square is mapped to a triangle: its side t = 1 becomes the third corner.
         s, weights = s * (1 - t), weights * (1 - t)
     return origin + np.column_stack([s, t]) @ along, along, weights
 
@@ -105,6 +105,6 @@ def _rule(
 def find_face_frame(
     element: Element, local: int
 ) -> tuple[Float[NDArray[np.float64], " 3"], Float[NDArray[np.float64], "2 3"]]:
-    """First corner of a face in reference coordinates, and the two sides from there: their product points outwards."""
+    """First corner of a face in reference coordinates, and two sides from it whose cross product points outwards."""
     corners = element.nodes[list(element.corner_faces[local])]
     return corners[0], np.stack([corners[1] - corners[0], corners[-1] - corners[0]])

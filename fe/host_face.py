@@ -1,4 +1,4 @@
-"""Places on the surface of a mesh that are no nodes: the face that carries each, and its shape functions there."""
+"""Points on the surface of a mesh that are not nodes: the face on which each lies, and the shape functions there."""
 
 from collections.abc import Sequence
 from typing import TypeAlias
@@ -17,23 +17,23 @@ from fe.mesh import Mesh
 Faces = Int[NDArray[np.int64], "k 2"]
 Places = Float[NDArray[np.float64], "station 3"]
 
-#: Faces with the nearest middles that are tried for each place.
+#: Number of faces with the nearest middles that are tried for each point.
 CANDIDATES = 16
-#: Farthest that a place may be from its face, in parts of the face's size: curved faces miss a cone by less.
+#: Largest distance of a point from its face, relative to the size of the face; curved faces deviate less from a cone.
 MAX_DISTANCE = 0.02
-#: A place this near to a face, in parts of its coordinates, is on it: others need not be tried.
+#: Distance from a face, relative to the coordinates of the point, below which no other faces are tried.
 TOUCHING = 1e-12
-#: Steps of Gauss and Newton: on faces as flat as these the third is round-off.
+#: Number of Gauss-Newton steps; on nearly flat faces the third step is round-off.
 MAX_STEPS = 8
 
 
 def find_named_faces(mesh: Mesh, line: str, face_set: str) -> Faces:
-    """Faces of the set that a line or a point lies on.
+    """Faces of the set on which a line or a point lies.
 
     Raises
     ------
     MeshError
-        The mesh has no such set.
+        An unknown face set.
     """
     if face_set not in mesh.face_sets:
         known = ", ".join(sorted(mesh.face_sets)) or "none"
@@ -42,30 +42,30 @@ def find_named_faces(mesh: Mesh, line: str, face_set: str) -> Faces:
 
 
 def find_station_weights(mesh: Mesh, name: str, faces: Faces, stations: Places) -> sp.csr_array:
-    """Displacement of places on faces, as weights of the nodes of the mesh.
+    """Weights of the nodes that give the displacement of points on faces.
 
-    A place beside its face is moved to the nearest point of it. The weights of each place sum to one, and times the
-    nodes' coordinates they give that point: forces on it reach the nodes with their resultant and their moment.
+    A point beside its face is moved to the nearest point of the face. The weights of each point sum to one, and their
+    sum with the nodes' coordinates is the point: nodal forces from a force on it have its resultant and moment.
 
     Parameters
     ----------
     mesh
         The mesh.
     name
-        Name of the places, for the message.
+        Name of the points, for the message.
     faces
-        Cell and local face of the faces to look at, shape (k, 2) [-].
+        Cell and local face of the candidate faces, shape (k, 2) [-].
     stations
-        The places, shape (n_station, 3) [m].
+        Coordinates of the points, shape (n_station, 3) [m].
 
     Returns
     -------
-    Sparse, shape (n_station, n_node) [-].
+    Sparse weights, shape (n_station, n_node) [-].
 
     Raises
     ------
     MeshError
-        No faces, or (a `PointOffSurface`) a place that is on none of them.
+        No faces, or a point that is on none of them (`PointOffSurface`).
     """
     rows, columns, values = [], [], []
     for number, (element, local, nodes, at) in enumerate(_find_carriers(mesh, name, faces, stations)):
@@ -82,9 +82,9 @@ def find_station_weights(mesh: Mesh, name: str, faces: Faces, stations: Places) 
 def find_station_normals(
     mesh: Mesh, name: str, faces: Faces, stations: Places
 ) -> Float[NDArray[np.float64], "station 3"]:
-    """Unit normals out of the body of the faces that carry the places, shape (n_station, 3) [-].
+    """Outward unit normals of the faces on which points lie, shape (n_station, 3) [-].
 
-    Arguments and errors as in `find_station_weights`.
+    Arguments and errors are those of `find_station_weights`.
     """
     result = np.empty((len(stations), 3))
     for number, (element, local, nodes, at) in enumerate(_find_carriers(mesh, name, faces, stations)):
@@ -95,12 +95,12 @@ def find_station_normals(
     return result
 
 
-#: The element of a face's cell, the local face, the nodes of the cell, and the place in reference coordinates.
+#: Element of the cell of a face, local face, nodes of the cell, and reference coordinates of a point on the face.
 Carrier: TypeAlias = tuple[Element, int, Int[NDArray[np.int64], " node"], Float[NDArray[np.float64], " 3"]]
 
 
 def _find_carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Carrier]:
-    """Face that carries each place, with the shape functions there."""
+    """Face on which each point lies, and the reference coordinates of the point."""
     if not len(faces):
         raise MeshError(f'"{name}": no face is close enough, so name the face that it lies on')
     host = {
@@ -137,7 +137,7 @@ def _millimetres(place: Sequence[float] | NDArray[np.float64]) -> str:
 def _find_carrier(
     mesh: Mesh, hosts: list[tuple[Element, int, NDArray[np.int64]]], tried: list[int], place: NDArray[np.float64]
 ) -> tuple[float, Float[NDArray[np.float64], " 3"], int]:
-    """Distance, reference coordinates and number of the face that is nearest to a place."""
+    """Distance and number of the face nearest to a point, with the reference coordinates of its nearest point."""
     best: tuple[float, NDArray[np.float64], int] = (np.inf, np.zeros(3), -1)
     for number in tried:
         element, local, nodes = hosts[number]
@@ -152,7 +152,7 @@ def _find_carrier(
 def _find_nearest(
     element: Element, local: int, points: Float[NDArray[np.float64], "node 3"], place: Float[NDArray[np.float64], " 3"]
 ) -> tuple[float, Float[NDArray[np.float64], " 3"]]:
-    """Distance of a place to a face, and the reference coordinates of the face's point that is nearest to it."""
+    """Distance of a point to a face, and the reference coordinates of the nearest point of the face."""
     origin, along = find_face_frame(element, local)
     is_triangle = len(element.corner_faces[local]) == 3
     at = np.full(2, 1 / 3 if is_triangle else 0.5)
@@ -160,11 +160,11 @@ def _find_nearest(
         xi = (origin + at @ along)[None]
         slope = np.einsum("aj,tj,ai->it", element.gradient(xi)[0], along, points)
         at = at + np.linalg.lstsq(slope, place - element.shape(xi)[0] @ points, rcond=None)[0]
-        # A little beyond the rim, where the map is still sound; far beyond it need not be.
+        # The map may be invalid far outside the face.
         at = np.clip(at, -0.5, 1.5)
     at = np.clip(at, 0, 1)
     if is_triangle and at.sum() > 1:
-        # Onto the slanting side, square to it.
+        # Perpendicularly onto the third side.
         at = np.clip(at - (at.sum() - 1) / 2, 0, 1)
     xi = origin + at @ along
     return float(np.linalg.norm(element.shape(xi[None])[0] @ points - place)), xi

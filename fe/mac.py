@@ -1,4 +1,4 @@
-"""Modal assurance criterion: how parallel two sets of mode shapes are."""
+"""Modal assurance criterion of two sets of mode shapes."""
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -16,7 +16,7 @@ def modal_assurance_criterion(
 
     .. math:: \mathrm{MAC}_{ij} = \frac{|\phi_i^H \psi_j|^2}{(\phi_i^H \phi_i)\,(\psi_j^H \psi_j)}
 
-    It sees direction only, and is no measure of frequency; with few degrees of freedom unlike modes can score high.
+    It compares directions only, not frequencies; with few degrees of freedom, different modes can have high values.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def modal_assurance_criterion(
             f"mode shapes on {reference.shape[0]} and {candidate.shape[0]} degrees of freedom cannot be compared: "
             "take the same rows of both"
         )
-    # Unit columns first, so that the result cannot leave [0, 1] by more than round-off at any scale.
+    # Columns are normalised first, so that the result is in [0, 1] up to round-off at any scale.
     phi = reference / np.linalg.norm(reference, axis=0)
     psi = candidate / np.linalg.norm(candidate, axis=0)
     cosine = np.abs(phi.conj().T @ psi)

@@ -12,7 +12,7 @@ from geometry.errors import InputError
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """Isotropic, linear elastic.
+    """Isotropic linear elastic material.
 
     Parameters
     ----------
@@ -60,5 +60,5 @@ class Material:
         return matrix
 
 
-#: The steel of the shipped blades: no material is published for the rig, these are handbook values.
+#: Steel of the included blades: handbook values, because no material is published for the rig.
 STEEL = Material(young=210e9, poisson=0.3, density=7800.0)

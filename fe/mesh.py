@@ -1,4 +1,4 @@
-"""A finite-element mesh: points, cells, and names for parts of both."""
+"""Finite-element mesh: points, cells, and named sets of nodes, faces and cells."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -14,18 +14,19 @@ from fe.errors import MeshError
 from geometry.read_only_array import freeze_fields, read_only
 
 Points = Float[NDArray[np.float64], "node 3"]
-#: An axis named "_" may differ from one array to the next.
+#: The length of an axis named "_" may differ between arrays.
 Cells = Int[NDArray[np.int64], "_ _"]
-#: The fields that are maps.
+#: Names of the fields that are mappings.
 _MAPS = ("cells", "node_sets", "face_sets", "cell_sets")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Mesh:
-    """Points and cells with named sets; arrays are copied in and read-only.
+    """Points and cells with named sets; arrays are copied and read-only.
 
-    Node order within a cell is VTK's (which is also Abaqus' and CalculiX' for these cells). Cells are numbered through
-    the blocks in the order of `cells`; a face is a pair (cell number, local face number of its element).
+    Node order within a cell is VTK's (which is also Abaqus' and CalculiX' for these cells). Cells are numbered
+    consecutively over the blocks in the order of `cells`; a face is a pair (cell number, local face number of its
+    element).
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ class Mesh:
     Raises
     ------
     MeshError
-        A cell type that is no element here, or a number that points at nothing.
+        An unsupported cell type, or the number of a node, cell or face that does not exist.
     """
 
     points: Points
@@ -80,7 +81,7 @@ class Mesh:
             _refuse_outside(f'face set "{name}"', "local face", faces[:, 1], n_face)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Read-only maps travel to no other process.
+        # Read-only mappings cannot be pickled.
         return _rebuilt, (self.points, *(dict(getattr(self, name)) for name in _MAPS))
 
     @property
@@ -99,7 +100,7 @@ class Mesh:
         Raises
         ------
         MeshError
-            No set of that name; the message lists those that exist.
+            An unknown set; the message lists the existing sets.
         """
         if name in self.node_sets:
             return np.unique(self.node_sets[name])
@@ -111,7 +112,7 @@ class Mesh:
         raise MeshError(f'the mesh has no node set or face set "{name}": it has {known}')
 
     def corner_nodes(self) -> Int[NDArray[np.int64], " k"]:
-        """Sorted numbers of the nodes that are a vertex of some cell (midside nodes are not)."""
+        """Sorted numbers of the corner nodes of all cells, without midside nodes."""
         return np.unique(np.concatenate([cells[:, : element.n_corner].ravel() for _, element, cells in self.blocks()]))
 
     def blocks(self) -> Iterator[tuple[int, Element, Cells]]:
@@ -124,7 +125,7 @@ class Mesh:
     def face_groups(
         self, faces: Int[NDArray[np.int64], "k 2"]
     ) -> Iterator[tuple[Int[NDArray[np.int64], " e"], Element, int, Int[NDArray[np.int64], "e _"]]]:
-        """Faces by element and local face: their places in `faces`, and the nodes of their cells, (e, n_node_of_cell).
+        """Faces by element and local face: their indices in `faces`, and the nodes of their cells, (e, n_node_of_cell).
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Quality of the cells of a mesh, and refusal of inverted ones."""
+"""Measure the quality of the cells of a mesh, and refuse inverted cells."""
 
 from dataclasses import dataclass
 from os import PathLike
@@ -13,11 +13,11 @@ from fe.mesh import Mesh
 
 PerCell = Float[NDArray[np.float64], " cell"]
 
-#: Cells at a time: 47 points x 9 entries x 8 bytes per hex20 keep a chunk near 70 MB, whatever the mesh.
+#: Number of cells per chunk: 47 points x 9 entries x 8 bytes per hex20 limit a chunk to about 70 MB for any mesh.
 CHUNK = 20_000
-#: det J may not fall below this part of its mean: zero, with a margin for the round-off of a collapsed corner.
+#: Smallest det J relative to its mean: zero, with a margin for the round-off of a collapsed corner.
 COLLAPSED = 1e-9
-#: Cell numbers that a refusal lists before it only counts.
+#: Largest number of cells that an error message lists.
 LISTED = 8
 
 
@@ -28,16 +28,15 @@ class Quality:
     Parameters
     ----------
     scaled_jacobian
-        Smallest over the corners of the triple product of the three *unit* edge vectors, divided by that of the regular
-        cell, in [-1, 1]: 1 is a brick or a regular tetrahedron, below 0.2 is poor, 0 or less is folded, shape
-        (n_cell,) [-].
-        It sees corner nodes alone.
+        Smallest triple product of the three *unit* edge vectors at a corner, divided by that of the regular cell, in
+        [-1, 1]: 1 for a brick or a regular tetrahedron, below 0.2 for a poor cell, 0 or less for a folded cell, shape
+        (n_cell,) [-]. It depends on corner nodes only.
     determinant_ratio
         Smallest determinant of the isoparametric map over the quadrature points and all nodes, divided by the
-        magnitude of its mean over the cell, at most 1, shape (n_cell,) [-]. It sees midside nodes too.
+        magnitude of its mean over the cell, at most 1, shape (n_cell,) [-]. It depends also on midside nodes.
     volume
-        Integral of the determinant by the element's own rule, negative for a cell turned inside out,
-        shape (n_cell,) [m^3].
+        Integral of the determinant by the quadrature rule of the element, negative for an inverted cell, shape
+        (n_cell,) [m^3].
     """
 
     scaled_jacobian: PerCell
@@ -62,7 +61,7 @@ def measure_cell_quality(mesh: Mesh) -> Quality:
             corners = mesh.points[cells[start : start + CHUNK]]
             scaled.append(_compute_scaled_jacobian(element, corners))
             smallest, mean = _compute_determinant(element, corners)
-            # A cell without volume has no mean to compare with: 0 says collapsed.
+            # The ratio is 0, for a collapsed cell, if the mean is zero.
             ratio.append(np.divide(smallest, abs(mean), out=np.zeros_like(mean), where=mean != 0))
             volume.append(mean * element.rule[1].sum())
     return Quality(
@@ -75,20 +74,20 @@ def measure_cell_quality(mesh: Mesh) -> Quality:
 def check_quality(
     mesh: Mesh, *, source: str | PathLike[str] | None = None, labels: Int[NDArray[np.int64], " cell"] | None = None
 ) -> Quality:
-    """Refuse a mesh with a cell that is turned inside out, folded or collapsed anywhere.
+    """Refuse a mesh with a cell that is inverted, folded or collapsed anywhere.
 
     Parameters
     ----------
     mesh
-        The mesh to judge.
+        The mesh.
     source
-        File that it came from, named in the refusal.
+        File of the mesh, for the message.
     labels
-        The number that the file gives to each cell, shape (n_cell,) [-]; by default cells count from 0.
+        Labels of the cells in the file, shape (n_cell,) [-]; by default cells are counted from 0.
 
     Returns
     -------
-    The quality of all cells, if none is refused.
+    Quality of all cells.
 
     Raises
     ------
@@ -109,7 +108,7 @@ def check_quality(
 
 
 def _name_place(mesh: Mesh, bad: Int[NDArray[np.int64], " k"], source: str | PathLike[str] | None) -> str:
-    """The file, the types and the cell sets of the bad cells, as the head of a sentence."""
+    """File, types and cell sets of the bad cells, as the beginning of a sentence."""
     ends = np.cumsum([len(cells) for cells in mesh.cells.values()])
     blocks = np.unique(np.searchsorted(ends, bad, side="right"))
     types = " and ".join(list(mesh.cells)[block] for block in blocks)
@@ -128,7 +127,7 @@ def _suggest_remedy(mesh: Mesh, quality: Quality, bad: Int[NDArray[np.int64], " 
 
 
 def _compute_determinant(element: Element, nodes: Float[NDArray[np.float64], "cell node 3"]) -> tuple[PerCell, PerCell]:
-    """Smallest determinant over quadrature points and nodes, and its mean over the quadrature."""
+    """Smallest determinant over quadrature points and nodes, and its mean over the cell by the quadrature rule."""
     points, weights = element.rule
     gradient = element.gradient(np.vstack([points, element.nodes]))
     determinant = np.linalg.det(np.einsum("cai,paj->cpij", nodes, gradient, optimize=True))
@@ -140,13 +139,13 @@ def _compute_scaled_jacobian(element: Element, nodes: Float[NDArray[np.float64],
     edges = corners[:, _find_corner_neighbours(element)] - corners[:, :, None]
     length = np.linalg.norm(edges, axis=3, keepdims=True)
     unit = np.divide(edges, length, out=np.zeros_like(edges), where=length > 0)
-    # A corner that is sharper than the regular cell's has another that is blunter.
+    # If a corner is sharper than that of the regular cell, another one is blunter.
     smallest: PerCell = np.linalg.det(unit).min(axis=1) / element.regular_corner
     return smallest
 
 
 def _find_corner_neighbours(element: Element) -> Int[NDArray[np.int64], "corner 3"]:
-    """The three corners that share an edge with each corner, ordered so that a good cell is positive."""
+    """Three neighbours of each corner along edges, ordered so that the triple product of a valid cell is positive."""
     corners = element.nodes[: element.n_corner]
     result = []
     for corner in range(element.n_corner):

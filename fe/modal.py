@@ -29,12 +29,12 @@ SINGULAR = (
     "the stiffness is singular to working accuracy: the supports leave a rigid-body motion or a mechanism, or are "
     "too soft; fix more nodes or stiffen the grounded springs"
 )
-#: Below this size a dense solve is faster than Lanczos, and cannot miss a mode.
+#: Number of degrees of freedom up to which a dense solver is used, which is faster and cannot miss a mode.
 MAX_DENSE = 600
-#: A mode whose strain energy is this small a part of what its degrees of freedom would store one by one is a motion
-#: without strain: round-off leaves rigid motions about 1e-16, a slender blade's first mode has 1e-9.
+#: Ratio phi^T K phi / phi^T diag(K) phi below which a mode is a motion without strain: about 1e-16 for rigid motions
+#: because of round-off, 1e-9 for the first mode of a slender blade.
 STRAINLESS = 1e-13
-#: Shapes normalised at a time.
+#: Number of shapes that are normalised at a time.
 AT_ONCE = 16
 
 
@@ -45,11 +45,11 @@ class ModeSet(Tabular):
     Parameters
     ----------
     angular_frequency
-        Shape (m,) [rad/s].
+        Angular frequencies, shape (m,) [rad/s].
     damping_ratio
-        Modal, phi^T C phi / (2 omega), shape (m,) [-].
+        Modal damping ratios, phi^T C phi / (2 omega), shape (m,) [-].
     mode_shapes
-        Mass-normalised, phi^T M phi = 1, shape (n, m) [kg^-1/2]; the largest component of each is positive.
+        Mass-normalised mode shapes, phi^T M phi = 1, shape (n, m) [kg^-1/2]; the largest component of each is positive.
     """
 
     angular_frequency: Float[NDArray[np.float64], " m"]
@@ -73,26 +73,26 @@ class ModeSet(Tabular):
 
 @on_one_blas_thread
 def modes(system: LinearSystem, n_mode: int, factor: Factor | None = None) -> ModeSet:
-    """The lowest modes of K phi = omega^2 M phi.
+    """Compute the lowest modes of K phi = omega^2 M phi.
 
     Parameters
     ----------
     system
-        A supported system: its stiffness is positive definite.
+        Supported system, with positive definite stiffness.
     n_mode
         Number of modes [-]; at most the number of degrees of freedom.
     factor
-        Factor of the system's stiffness, if there is one already.
+        Factor of the system's stiffness, if available.
 
     Raises
     ------
     InputError
-        Fewer than one mode, or more than degrees of freedom.
+        Fewer than one mode, or more modes than degrees of freedom.
     ValueError
         A matrix is complex, not finite or not symmetric.
     SupportError
-        The stiffness is singular to working accuracy: a rigid-body motion or a mechanism is left, or a support so soft
-        that round-off outweighs it.
+        The stiffness is singular to working accuracy: a rigid-body motion or a mechanism is free, or a support is so
+        soft that round-off exceeds its stiffness.
     """
     lambda_, shapes = find_lowest_eigenpairs(system.stiffness, system.mass, n_mode, factor)
     angular_frequency = np.sqrt(lambda_.clip(min=0))
@@ -124,46 +124,46 @@ def find_lowest_eigenpairs(
             lambda_, shapes = block_lanczos(factor, product, n_mode)
         except (SingularMatrix, NoConvergence) as error:
             raise SupportError(SINGULAR) from error
-    # Some columns at a time, in place: at the end of a reduction memory is what there is least of.
+    # A few columns at a time and in place, because memory is short at the end of a reduction.
     for first in range(0, n_mode, AT_ONCE):
         part = shapes[:, first : first + AT_ONCE]
         part /= np.sqrt(np.einsum("nm,nm->m", part, product @ part))
         part *= np.sign(part[np.abs(part).argmax(axis=0), np.arange(part.shape[1])])
-    # A singular stiffness may pass its factorisation, for round-off decides about the last pivots; its modes tell.
+    # A singular stiffness may pass the factorisation because of round-off in the last pivots; its modes reveal it.
     lowest = shapes[:, 0]
     if lowest @ (stiffness @ lowest) < STRAINLESS * (lowest @ (stiffness.diagonal() * lowest)):
         raise SupportError(SINGULAR)
     return lambda_, shapes
 
 
-#: The shift is this share of shear-wave speed over size: below the first elastic mode even of a slender body, and far
-#: above what round-off leaves of a rigid-body mode.
+#: Square root of the shift over the ratio of shear-wave speed to size: below the first elastic mode even of a slender
+#: body, and far above the round-off of rigid-body modes.
 SHARE = 0.05
-#: Squared frequencies below this share of the shift are round-off: rigid-body modes come out near 1e-9 of it.
+#: Squared frequency, relative to the shift, below which it is round-off: rigid-body modes have about 1e-9.
 RIGID = 1e-5
 
 
 def compute_free_modes(system: LinearSystem, mesh: Mesh, material: Material, n_mode: int) -> ModeSet:
-    """The lowest modes of a system whose supports, if any, leave rigid-body motions.
+    """Compute the lowest modes of a system whose supports, if any, leave rigid-body motions free.
 
-    The mass times a shift is added to the stiffness, which makes it definite, and the shift is taken off the squared
-    frequencies again. Rigid-body modes come out as exactly zero.
+    The mass times a shift is added to the stiffness, which makes it definite, and the shift is subtracted from the
+    squared frequencies. Frequencies of rigid-body modes are exactly zero.
 
     Parameters
     ----------
     system
         System of the whole mesh or of a part of its degrees of freedom.
     mesh, material
-        Give the scale of frequency, shear-wave speed over size.
+        Mesh and material of the body; shear-wave speed over size is the scale of the shift.
     n_mode
-        Number of modes, the rigid-body ones included [-].
+        Number of modes, including rigid-body modes [-].
     """
     size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     shift = (SHARE * sqrt(material.shear / material.density) / size) ** 2
     result = modes(system.shifted(shift), n_mode)
     squared = result.angular_frequency**2 - shift
     frequency = np.sqrt(np.where(squared > RIGID * shift, squared, 0.0))
-    # The ratio was made with the shifted frequency; a rigid-body mode has none.
+    # The ratio was computed with the shifted frequency; it is zero for rigid-body modes.
     ratio = result.damping_ratio * result.angular_frequency
     ratio = np.divide(ratio, frequency, out=np.zeros_like(ratio), where=frequency > 0)
     return replace(result, angular_frequency=frequency, damping_ratio=ratio)

@@ -1,4 +1,4 @@
-"""Check that modes are the lowest ones, and all: residuals, and a count of eigenvalues independent of Lanczos."""
+"""Check that modes are the lowest and complete: residuals, and a count of eigenvalues independent of Lanczos."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from fe.sparse.solver import Backend, Definiteness, UnknownInertia, factorise
 
-#: Two eigenvalues are apart if they differ by more than this [-]: far above their error of about 1e-9, far below the
-#: distance of modes that nothing makes alike.
+#: Smallest relative difference of two distinct eigenvalues [-]: far above their error of about 1e-9, and far below the
+#: distance of modes that are not repeated.
 GAP = 1e-5
-#: Where in a gap eigenvalues are counted, one after the other if a count proves nothing.
+#: Positions in a gap at which eigenvalues are counted; the next is used if the count is uncertain.
 PLACES = (0.5, 0.3, 0.7, 0.1, 0.9)
 
 
@@ -26,10 +26,10 @@ class ModeCheck:
     residual
         Residual of each mode in the energy norm,
         :math:`\|K x - \lambda M x\|_{K^{-1}} / \|x\|_K`, shape (m,) [-]: a bound on the relative distance from
-        lambda to the nearest eigenvalue, and to first order the relative error of the shape's energy outside its own
+        lambda to the nearest eigenvalue, and to first order the relative error of the shape's energy outside its
         eigenspace.
     shift
-        Below which eigenvalues were counted [rad^2/s^2].
+        Value below which eigenvalues were counted [rad^2/s^2].
     n_below
         Number of eigenvalues below the shift [-].
     n_found
@@ -43,7 +43,7 @@ class ModeCheck:
 
     @cached_property
     def n_missed(self) -> int:
-        """Modes below the shift that were not found [-]; negative if one was found twice."""
+        """Number of modes below the shift that were not found [-]; negative if a mode was found twice."""
         return self.n_below - self.n_found
 
 
@@ -54,16 +54,16 @@ def check_modes(
     shapes: Float[NDArray[np.float64], "n m"],
     backend: Backend | str | None = None,
 ) -> ModeCheck:
-    """Residuals of the lowest modes, and a Sturm count in the highest gap between them.
+    """Compute residuals of the lowest modes, and a Sturm count in the highest gap between them.
 
     Parameters
     ----------
     stiffness, mass
-        Positive definite, shape (n, n) [N/m, kg].
+        Positive definite matrices, shape (n, n) [N/m, kg].
     lambda_, shapes
         Eigenvalues, ascending and positive [rad^2/s^2], and their shapes (n, m).
     backend
-        For the factorisations of K and of K - shift M.
+        Library for the factorisations of K and of K - shift M.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def check_modes(
     Parlett, The Symmetric Eigenvalue Problem (1998), section 3.3: counting by Sylvester's inertia theorem.
     """
     inertia = mass @ shapes
-    # With the matrices themselves: what round-off has left in a factor would count as an error of the modes.
+    # The matrices are used, because the round-off of a factor would appear as an error of the modes.
     rest = stiffness @ shapes - lambda_ * inertia
     energy = np.einsum("nm,nm->m", rest, factorise(stiffness, backend=backend).solve(rest))
     length = lambda_ * np.einsum("nm,nm->m", shapes, inertia)
@@ -87,15 +87,15 @@ def check_modes(
 def count_below(
     stiffness: sp.csr_array, mass: sp.csr_array, low: float, high: float, backend: Backend | str | None = None
 ) -> tuple[float, int]:
-    """A shift between two bounds, and the number of eigenvalues of K x = lambda M x below it.
+    """Choose a shift between two bounds, and count the eigenvalues of K x = lambda M x below it.
 
-    K - shift M has as many negative pivots as there are eigenvalues below the shift, whatever the solver that is to
-    be checked may have missed.
+    K - shift M has as many negative pivots as there are eigenvalues below the shift. The count does not depend on the
+    eigensolver that is checked.
 
     Raises
     ------
     UnknownInertia
-        As `check_modes`.
+        As in `check_modes`.
     """
     for place in PLACES:
         shift = low + place * (high - low)
@@ -107,7 +107,7 @@ def count_below(
 
 
 def _find_highest_gap(lambda_: Float[NDArray[np.float64], " m"]) -> tuple[float, float, int]:
-    """Bounds of the highest gap, and the modes below it; the gap below all modes if they are all alike."""
+    """Bounds of the highest gap, and number of modes below it; the gap below all modes if these are all equal."""
     gaps = np.flatnonzero(np.diff(lambda_) > GAP * lambda_[1:])
     if not len(gaps):
         return (1 - 3 * GAP) * float(lambda_[0]), (1 - GAP) * float(lambda_[0]), 0

@@ -1,4 +1,4 @@
-"""Sets of nodes: named by where they are, or thinned out for a relaxed clamp."""
+"""Sets of nodes: nodes nearest to points or stations, and a part of the nodes of a clamp."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -13,10 +13,10 @@ from fe.mesh import Mesh
 
 
 def add_named_points(mesh: Mesh, points: Mapping[str, Float[NDArray[np.float64], "3"]]) -> Mesh:
-    """The mesh with a node set of one node for each point: the corner node nearest to it.
+    """Mesh with a node set of one node for each point: the corner node nearest to it.
 
-    Corner nodes alone are taken: the local compliance at a midside node differs by a factor of two. How far the node
-    is from its point is at most half an element, and depends on the mesh.
+    Only corner nodes are used, because the local compliance at a midside node differs by a factor of two. The distance
+    of the node from its point is at most half an element, and depends on the mesh.
     """
     corners = mesh.corner_nodes()
     tree = cKDTree(mesh.points[corners])
@@ -25,17 +25,17 @@ def add_named_points(mesh: Mesh, points: Mapping[str, Float[NDArray[np.float64],
     return replace(mesh, node_sets={**mesh.node_sets, **result})
 
 
-#: A line that a mesh follows has a corner node no farther than this from each station [m].
+#: Largest distance of a station from its corner node [m].
 ON_NODE = 1e-9
 
 
 def add_stations(mesh: Mesh, stations: Mapping[str, Float[NDArray[np.float64], "_ 3"]]) -> Mesh:
-    """The mesh with a node set for each list of stations, one corner node per station, in the order of the stations.
+    """Mesh with a node set for each list of stations, one corner node per station, in the order of the stations.
 
     Raises
     ------
     MeshError
-        A station is farther than `ON_NODE` from every corner node: the mesh does not follow the line.
+        A station is farther than `ON_NODE` from every corner node.
     """
     corners = mesh.corner_nodes()
     tree = cKDTree(mesh.points[corners])
@@ -52,15 +52,15 @@ def add_stations(mesh: Mesh, stations: Mapping[str, Float[NDArray[np.float64], "
     return replace(mesh, node_sets={**mesh.node_sets, **result})
 
 
-#: Coordinates are sorted as multiples of this, so that round-off cannot change the order [m].
+#: Unit to which coordinates are rounded before sorting, so that round-off cannot change the order [m].
 SORTING = 1e-9
 
 
 def thin_nodes(mesh: Mesh, nodes: Int[NDArray[np.int64], " k"], drop_every: int) -> Int[NDArray[np.int64], " m"]:
-    """The vertex nodes among the given ones, with every `drop_every`-th left out.
+    """Corner nodes among the given nodes, without every `drop_every`-th.
 
-    Midside nodes are never among them. The nodes are counted in the order of x, then y, then z, so the choice is
-    uniform over the face and depends on the mesh alone.
+    Midside nodes are left out. The nodes are sorted by x, then y, then z, so the choice is uniform over the face and
+    depends only on the mesh.
 
     Parameters
     ----------
@@ -69,12 +69,12 @@ def thin_nodes(mesh: Mesh, nodes: Int[NDArray[np.int64], " k"], drop_every: int)
     nodes
         Nodes of the clamped face, shape (k,) [-].
     drop_every
-        2 leaves out every other node, 5 every fifth [-].
+        Interval of nodes that are left out: 2 for every other node, 5 for every fifth [-].
 
     Raises
     ------
     SupportError
-        `drop_every` is below 2: nothing, or everything, would be left.
+        `drop_every` is below 2.
 
     References
     ----------

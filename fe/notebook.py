@@ -12,22 +12,22 @@ if TYPE_CHECKING:
 
 
 class Tabular:
-    """A result with one row per item."""
+    """Base of results with one row per item."""
 
     @abstractmethod
     def to_pandas(self) -> "pandas.DataFrame":
-        """As a table; units are in the names of the columns."""
+        """Table of the result; units are in the names of the columns."""
 
     def _repr_html_(self) -> str:
         return str(self.to_pandas()._repr_html_())
 
 
 class Labelled:
-    """A result of arrays over shared dimensions."""
+    """Base of results of arrays over common dimensions."""
 
     @abstractmethod
     def to_xarray(self) -> "xarray.Dataset":
-        """As a labelled data set; units are attributes."""
+        """Labelled data set of the result; units are attributes."""
 
     def _repr_html_(self) -> str:
         return str(self.to_xarray()._repr_html_())

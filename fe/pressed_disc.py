@@ -1,11 +1,11 @@
-r"""A round patch of a flat face that a stinger pushes, as weights of the nodes.
+r"""Force of a stinger on a circular patch of a flat face, as weights of the nodes.
 
-The pressure falls to nothing at the rim,
+The pressure decreases to zero at the rim,
 
 .. math:: p(r) = \frac{2}{\pi a^2} \left(1 - \frac{r^2}{a^2}\right), \qquad w_i = \int N_i \, p \, dA ,
 
-and the same weights give the mean displacement under it, which does the work of the force. A force at a node is no
-substitute: how much a solid gives way beside it grows without bound as its elements shrink.
+and the same weights give the mean displacement of the patch, which is conjugate to the force. A force at a node cannot
+replace it: the displacement at the node grows without bound as the elements get smaller.
 """
 
 import numpy as np
@@ -16,10 +16,10 @@ from fe.errors import MeshError
 from fe.face_integral import Faces, integrate_over_faces
 from fe.mesh import Mesh
 
-#: Cosine between normals of faces that count as one flat face.
+#: Smallest cosine between normals of faces that belong to the same flat face.
 FLAT_COSINE = 0.999
-#: Mean square of the distance from the centre under the pressure, in parts of the radius's square, and by what share of
-#: it the points of quadrature may miss it: a disc among larger cells is another one, smaller and askew.
+#: Pressure-weighted mean square of the distance from the centre over the squared radius, and largest relative error of
+#: its quadrature; among larger cells the disc would be smaller and off-centre.
 SQUARE, COARSE = 1 / 3, 0.3
 
 
@@ -30,25 +30,29 @@ def find_disc_weights(
     normal: Float[NDArray[np.float64], " 3"],
     radius: float,
 ) -> Float[NDArray[np.float64], " node"]:
-    """Weights of the nodes in the mean over a pressed disc; they sum to one, about its centre, shape (n_node,) [-].
+    """Weights of the nodes in the mean over a pressed disc; their sum is one, their mean position the centre.
 
     Parameters
     ----------
     mesh
-        The body.
+        Mesh of the body.
     faces
-        Those to look at, cell and local face, shape (k, 2) [-].
+        Cell and local face of the candidate faces, shape (k, 2) [-].
     centre
         Centre of the disc, on a flat face, shape (3,) [m].
     normal
-        Unit normal of that face, out of the body, shape (3,) [-].
+        Outward unit normal of that face, shape (3,) [-].
     radius
-        a [m].
+        Radius a of the disc [m].
+
+    Returns
+    -------
+    Weights, shape (n_node,) [-].
 
     Raises
     ------
     MeshError
-        No face there that looks this way, or cells that are too large for the disc.
+        No face with this normal at the centre, or cells that are too large for the disc.
     """
 
     def pressure(
@@ -66,7 +70,7 @@ def find_disc_weights(
             f"the disc of {1e3 * radius:g} mm radius about ({', '.join(f'{1e3 * x:g}' for x in centre)}) mm is not on "
             "a flat face of the mesh, or cells there are too large for it: move or widen it, or mesh with smaller cells"
         )
-    # Points of quadrature miss the rim: the pressure is tilted a little, so that its resultant is at the centre.
+    # Quadrature is inexact at the rim: a small linear correction puts the resultant of the pressure at the centre.
     moment = (mesh.points - centre).T @ result[:, :4] / radius
     tilt = np.linalg.lstsq(moment[:, 1:], -moment[:, 0], rcond=1e-6)[0]
     weights = result[:, :4] @ np.concatenate([[1.0], tilt])

@@ -13,7 +13,7 @@ def gauss_hexahedron(n: int) -> Rule:
     Parameters
     ----------
     n
-        Points per direction [-], at least 1.
+        Number of points per direction [-], at least 1.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""One integral for all solid elements: stiffness and mass of a batch of cells from the element's table."""
+"""Stiffness and mass of a batch of cells of any solid element, from the element's table."""
 
 from functools import cache
 from itertools import product
@@ -12,7 +12,7 @@ from fe.errors import InvertedCell, MeshError
 
 CellPoints = Float[NDArray[np.float64], "cell node 3"]
 PerCell = Float[NDArray[np.float64], " cell"]
-#: Pairs of directions whose blocks make up a symmetric stiffness.
+#: Pairs of directions whose blocks define a symmetric stiffness.
 DIRECTIONS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
@@ -33,7 +33,7 @@ def jacobian(
     at
         Reference points, shape (n_point, 3) [-].
     number
-        Numbers of the cells in a message, shape (n_cell,) [-]; by default they count from 0.
+        Numbers of the cells for messages, shape (n_cell,) [-]; by default counted from 0.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def _jacobian(
 ) -> tuple[Float[NDArray[np.float64], "cell point"], Float[NDArray[np.float64], "cell point node 3"]]:
     n_point, _, n_node = reference.shape
     J = np.matmul(reference.reshape(-1, n_node), points).reshape(-1, n_point, 3, 3)
-    # J[j, i] = dx_i / dxi_j for all points and cells at a time: a loop over 3 x 3 matrices takes five times as long.
+    # J[j, i] = dx_i / dxi_j for all points and cells at once; a loop over 3 x 3 matrices takes five times as long.
     J = np.ascontiguousarray(J.transpose(2, 3, 1, 0))
     cofactor = np.empty_like(J)
     with np.errstate(invalid="ignore", over="ignore"):  # a missing coordinate is reported below
@@ -97,7 +97,7 @@ def compute_element_blocks(
     density: PerCell,
     number: Int[NDArray[np.int64], " cell"] | None = None,
 ) -> tuple[Float[NDArray[np.float64], "6 cell node node"], Float[NDArray[np.float64], "cell node node"]]:
-    r"""Stiffness and consistent mass of isotropic solid cells, one quadrature rule for both.
+    r"""Stiffness and consistent mass of isotropic solid cells, with the same quadrature rule.
 
     .. math:: K_{ai,bj} = \int \lambda\, N_{a,i} N_{b,j} + \mu\, (N_{a,j} N_{b,i} + \delta_{ij} N_{a,k} N_{b,k})\, dV,
               \qquad M_{ab} = \int \rho\, N_a N_b\, dV
@@ -111,7 +111,7 @@ def compute_element_blocks(
     lame, shear, density
         Lamé constants and density of each cell, shape (n_cell,) [Pa, Pa, kg/m^3].
     number
-        Numbers of the cells in a message, as in `jacobian`.
+        Numbers of the cells for messages, as in `jacobian`.
 
     Returns
     -------
@@ -121,7 +121,7 @@ def compute_element_blocks(
     Raises
     ------
     InvertedCell
-        det J is not positive at a quadrature point; the message names the first such cell.
+        det J is not positive at a quadrature point; the message names the first of these cells.
     MeshError
         A coordinate is not a finite number.
 

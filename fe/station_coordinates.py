@@ -1,12 +1,12 @@
-r"""Coordinates in which contact stations are degrees of freedom, on a mesh whose nodes are elsewhere.
+r"""Coordinates in which contact stations are degrees of freedom, for a mesh without nodes at the stations.
 
-A station moves with the face that it lies on, :math:`u_s = S q`, with the shape functions of the face in S. One node of
-each such face, its pivot, gives up its place to the station:
+A station moves with the face that it lies on, :math:`u_s = S q`, with the shape functions of the face in S. The station
+replaces one node of its face, the pivot:
 
 .. math:: q_p = S_p^{-1} (u_s - S_r q_r), \qquad q = T \hat q, \qquad \hat K = T^T K T, \quad \hat M = T^T M T .
 
-This is a change of variables and no constraint: the frequencies stay as they are, and a reduction that keeps
-:math:`u_s` keeps the motion of the contact itself.
+This is a change of variables, not a constraint: the natural frequencies do not change, and a reduction that keeps
+:math:`u_s` keeps the motion of the contact.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,22 +24,23 @@ from fe.mesh import Mesh
 from fe.sparse.factor import Symmetric
 from fe.system import LinearSystem
 
-#: Shape functions below this make poor pivots: on a triangle one of six is 1/4 or more in magnitude everywhere.
+#: Smallest magnitude of a pivot's weight. On a triangle, the largest of the six shape functions is 1/4 or more in
+#: magnitude everywhere.
 MIN_PIVOT = 0.05
-#: Greatest condition number of the pivots' weights: beyond it several stations share too few nodes.
+#: Largest condition number of the pivots' weights: above it several stations share too few nodes.
 DEPENDENT = 1e3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StationCoordinates:
-    """The change of variables, on all degrees of freedom of a mesh, 3 * node + direction.
+    """Change of variables on all degrees of freedom of a mesh, 3 * node + direction.
 
     Parameters
     ----------
     mesh
         The mesh, with a node set of pivots for each line, in the order of its stations.
     to_nodes
-        Displacement of the nodes from the new coordinates, T, sparse, shape (3 n_node, 3 n_node) [-].
+        Matrix T from the new coordinates to displacements of the nodes, sparse, shape (3 n_node, 3 n_node) [-].
     """
 
     mesh: Mesh
@@ -47,13 +48,13 @@ class StationCoordinates:
 
     @property
     def places(self) -> Float[NDArray[np.float64], "node 3"]:
-        """Where each coordinate is: nodes, and stations in place of their pivots, shape (n_node, 3) [m]."""
-        # Places move with the body as its points do: those of nodes are T times those of the coordinates.
+        """Positions of the coordinates: nodes, and stations in place of their pivots, shape (n_node, 3) [m]."""
+        # Positions transform as displacements do: those of the nodes are T times those of the coordinates.
         result = sp.linalg.spsolve(sp.csc_array(self.to_nodes), self.mesh.points.ravel())
         return np.asarray(result).reshape(-1, 3)
 
     def matrix(self, of_nodes: Symmetric) -> sp.csr_array:
-        """A mass or stiffness in the new coordinates, T^T A T, symmetric to the last bit."""
+        """Mass or stiffness matrix in the new coordinates, T^T A T, exactly symmetric."""
         result = sp.csr_array(self.to_nodes.T @ of_nodes.tocsr() @ self.to_nodes)
         return sp.csr_array((result + result.T) / 2)
 
@@ -74,23 +75,24 @@ class StationCoordinates:
 def make_station_coordinates(
     mesh: Mesh, stations: Mapping[str, Places], faces: Mapping[str, str], fixed: Iterable[str] = ()
 ) -> StationCoordinates:
-    """Make stations coordinates.
+    """Make the displacements of stations coordinates.
 
     Parameters
     ----------
     mesh
-        The mesh. Nodes in its node sets stay what they are.
+        The mesh. Nodes in its node sets are not replaced.
     stations
         Stations by the name of their line, shape (n_station, 3) [m].
     faces
         Face set on which the stations of each line lie, by the name of the line.
     fixed
-        Sets of nodes that will be fixed, whose nodes cannot give up their place.
+        Sets of nodes that will be fixed; these nodes are not replaced.
 
     Raises
     ------
     MeshError
-        A station on no face, no node for it, or more stations on a face than its shape functions can distinguish.
+        A station that lies on no face, no node that it can replace, or more stations on a face than its shape functions
+        can distinguish.
     """
     taken = {int(node) for name in (*mesh.node_sets, *fixed) for node in mesh.nodes(name)}
     weights = [
@@ -114,36 +116,36 @@ def make_station_coordinates(
 
 
 def make_node_coordinates(mesh: Mesh) -> StationCoordinates:
-    """The displacements of the nodes as they are."""
+    """Coordinates equal to the displacements of the nodes."""
     return StationCoordinates(mesh=mesh, to_nodes=sp.eye_array(3 * mesh.n_node, format="csr"))
 
 
 def add_mean_coordinate(
     place: StationCoordinates, name: str, weights: Float[NDArray[np.float64], " node"], fixed: Iterable[str] = ()
 ) -> StationCoordinates:
-    """Make a weighted mean of nodes a coordinate of its own, so that a force on it is spread by the same weights.
+    """Make the weighted mean displacement of nodes a coordinate; a force on it is distributed by the same weights.
 
     Parameters
     ----------
     place
         Coordinates so far.
     name
-        Name of the node set of its pivot; one of that name is replaced.
+        Name of the node set of the pivot; a node set of that name is replaced.
     weights
-        Weights of the nodes, shape (n_node,), which sum to one [-].
+        Weights of the nodes, whose sum is one, shape (n_node,) [-].
     fixed
-        Sets of nodes that will be fixed, whose nodes cannot give up their place.
+        Sets of nodes that will be fixed; these nodes are not replaced.
 
     Raises
     ------
     MeshError
-        All nodes that count are fixed or named.
+        All nodes with a sufficient weight are fixed or in a node set.
     """
     mesh = place.mesh
     sets = {other: nodes for other, nodes in mesh.node_sets.items() if other != name}
     taken = {int(node) for nodes in sets.values() for node in nodes}
     taken |= {int(node) for one in fixed for node in mesh.nodes(one)}
-    # The three directions are alike in T.
+    # T is the same in all three directions.
     own = sp.csr_array(sp.csr_array(weights[None]) @ place.to_nodes[::3, ::3])
     size = np.abs(own.toarray()[0])
     size[list(taken)] = 0
@@ -155,12 +157,12 @@ def add_mean_coordinate(
 
 
 def _choose_pivots(weights: sp.csr_array, taken: set[int], labels: Sequence[str]) -> Int[NDArray[np.int64], " station"]:
-    """A node of its own for each station, those of the largest weights in all."""
+    """One pivot node for each station, all different, with the largest product of weights."""
     nodes = np.setdiff1d(weights.indices, np.array(sorted(taken), dtype=np.int64))
     size = np.abs(weights[:, nodes].toarray())
     if size.shape[1] < size.shape[0]:
         raise MeshError("there are more stations than nodes on their faces: mesh with smaller cells there")
-    # The product of the weights is largest where the sum of their logarithms is.
+    # Maximising the sum of the logarithms maximises the product of the weights.
     station, column = linear_sum_assignment(-np.log(np.maximum(size, 1e-300)))
     if size[station, column].min() < MIN_PIVOT:
         worst = int(size[station, column].argmin())
@@ -174,7 +176,7 @@ def _choose_pivots(weights: sp.csr_array, taken: set[int], labels: Sequence[str]
 def _to_nodes(
     weights: sp.csr_array, pivots: Int[NDArray[np.int64], " station"], block: Float[NDArray[np.float64], "s s"]
 ) -> sp.csr_array:
-    """T: the identity but for the rows of the pivots."""
+    """Matrix T: the identity except in the rows of the pivots."""
     n_node = weights.shape[1]
     others = np.ones(n_node)
     others[pivots] = 0

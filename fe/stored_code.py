@@ -1,6 +1,6 @@
-"""Stored compiled code: files with a checksum, of which only the machine code is read until more is asked for.
+"""Store compiled code in files with a checksum; only the machine code is read until more is needed.
 
-Machine code with one changed bit ends the program, or computes nonsense.
+The checksum is needed because machine code with one changed bit crashes the program or gives wrong results.
 """
 
 import hashlib
@@ -15,12 +15,12 @@ CHECKSUM = 32
 
 
 class DamagedCode(Exception):
-    """A file that is not what was written."""
+    """Error for a file whose content does not match its checksum."""
 
 
 @cache
 def checked_file_class() -> type[Any]:
-    """Numba's class of an index and its data files, which begin with the SHA-256 of what follows."""
+    """Numba's class of an index and its data files, changed so that files begin with the SHA-256 of their content."""
     from numba.core.caching import IndexDataCacheFile
 
     class CheckedFile(IndexDataCacheFile):
@@ -53,9 +53,9 @@ def checked_file_class() -> type[Any]:
 
 @cache
 def stored_library_class() -> type[Any]:
-    """Numba's class of a function's machine code, which leaves what it was made from unread.
+    """Numba's class of the machine code of a function, changed so that the code's LLVM module is not read at once.
 
-    Only compiling another function that calls it takes that, and reading it takes longer than all else of loading.
+    The module is needed only to compile another function that calls it, and reading it takes most of the loading time.
     """
     from llvmlite.binding import parse_bitcode
     from numba.core.codegen import JITCodeLibrary
@@ -84,7 +84,7 @@ def stored_library_class() -> type[Any]:
         def get_pointer_to_function(self: Any, name: str) -> Any:
             if self._unread is not None and b"\0" + name.encode() + b"\0" in self._machine_code:
                 return self._codegen._engine.get_function_address(name)
-            # A name may also be stored as the end of a longer one: only what is unread tells it apart from none.
+            # A name may also be stored as the end of a longer name: only the module shows whether it exists.
             self._get_module_for_linking()
             return super().get_pointer_to_function(name)  # type: ignore[no-untyped-call]
 

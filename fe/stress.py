@@ -32,7 +32,7 @@ def compute_strain(
 
     Returns
     -------
-    Shape (n_cell, n_point, 6) [-], cells through the blocks in the order of `mesh.cells`.
+    Strain, shape (n_cell, n_point, 6) [-]; the cells of all blocks in the order of `mesh.cells`.
     """
     return np.concatenate(
         [_evaluate_strain(element, mesh.points[nodes], displacement[nodes], at) for _, element, nodes in mesh.blocks()]
@@ -54,16 +54,16 @@ def compute_stress(
     materials
         As in `fe.assembly.assemble`.
     at
-        Reference points of every cell, shape (n_point, 3) [-]; by default each element's own stress points.
+        Reference points of every cell, shape (n_point, 3) [-]; by default the stress points of each element.
 
     Returns
     -------
-    Shape (n_cell, n_point, 6) [Pa].
+    Stress, shape (n_cell, n_point, 6) [Pa].
 
     Raises
     ------
     MeshError
-        Cells of different shape in one mesh, which have no reference points in common; or cells without material.
+        Cells of different shape in one mesh, which have no common reference points; or cells without material.
     """
     kinds = {element.n_corner for _, element, _ in mesh.blocks()}
     if len(kinds) > 1:
@@ -79,7 +79,7 @@ def compute_nodal_stress(
 ) -> Float[NDArray[np.float64], "node 6"]:
     """Stress at the nodes: extrapolated from the stress points of each cell, then averaged over the cells at a node.
 
-    At an interface of two materials the average mixes them: stress is not continuous there.
+    At an interface of two materials, where stress is not continuous, the values of both are averaged.
 
     Parameters
     ----------
@@ -88,12 +88,12 @@ def compute_nodal_stress(
 
     Returns
     -------
-    Shape (n_node, 6) [Pa].
+    Stress, shape (n_node, 6) [Pa].
     """
     total, cells_at = np.zeros((mesh.n_node, 6)), np.zeros(mesh.n_node)
     sampled = _compute_stress_of_blocks(mesh, materials, displacement, None)
     for (_, element, nodes), values in zip(mesh.blocks(), sampled, strict=True):
-        # The field of the corners' shape functions through the values at the stress points, read at the nodes.
+        # The corner shape functions interpolate the values at the stress points, and are evaluated at the nodes.
         at_corners = np.linalg.solve(element.corner_shape(element.stress_points), values)
         at_nodes = np.einsum("ac,ecs->eas", element.corner_shape(element.nodes), at_corners)
         np.add.at(total, nodes, at_nodes)
@@ -119,7 +119,7 @@ def _compute_stress_of_blocks(
     displacement: Float[NDArray[np.float64], "node 3"],
     at: Float[NDArray[np.float64], "point 3"] | None,
 ) -> Iterator[Float[NDArray[np.float64], "cell point 6"]]:
-    """Stress of the cells of one type after the other."""
+    """Stress of the cells, type by type."""
     elasticity = list_cell_elasticity(mesh, materials)
     for start, element, nodes in mesh.blocks():
         lame, shear, _ = elasticity[:, start : start + len(nodes), None, None]

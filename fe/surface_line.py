@@ -1,4 +1,4 @@
-"""Contact lines on the surface of a mesh: between two points of a named face, or along the edge of two faces."""
+"""Contact lines on the surface of a mesh: between two points of a named face, or along the common edge of two faces."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,18 +12,18 @@ from fe.mesh import Mesh
 from geometry.interface import N_STATION, ContactLine, straight_contact_line
 from geometry.part import Point
 
-#: Straight pieces that each side of a cell is measured with: 1e-5 of the length of an eighth of a circle.
+#: Number of straight pieces that measure the length of a side of a cell; the error for an eighth of a circle is 1e-5.
 PIECES = 32
-#: Part of a line's direction in the surface below which it stands square to it: of the digits, half.
+#: Smallest part of a line's unit direction in the surface; below it, the line is perpendicular to the surface.
 SQUARE = 1e-8
 
 Places = Float[NDArray[np.float64], "station 3"]
-#: First corner, last corner and the node between, or -1 where sides are straight.
+#: First corner, last corner and midside node of sides, -1 for the midside node of straight sides.
 Sides = Int[NDArray[np.int64], "side 3"]
 
 
 def line_between(mesh: Mesh, name: str, on: str, ends: tuple[Point, Point], n_station: int = N_STATION) -> ContactLine:
-    """Evenly spaced stations on the straight line between two points of a face; its normals are those of the mesh.
+    """Contact line with evenly spaced stations between two points of a face; the normals are those of the mesh.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def line_between(mesh: Mesh, name: str, on: str, ends: tuple[Point, Point], n_st
     name
         Name of the line.
     on
-        The face set that it lies on.
+        Face set on which the line lies.
     ends
         First and last point of the line [m].
     n_station
@@ -41,14 +41,14 @@ def line_between(mesh: Mesh, name: str, on: str, ends: tuple[Point, Point], n_st
     Raises
     ------
     MeshError
-        A face that the mesh has not, two ends that are one point, or a station beside the face.
+        An unknown face, two equal ends, or a station that is not on the face.
     GeometryError
         Fewer than two stations.
     """
     start, end = (np.asarray(point, dtype=np.float64) for point in ends)
     if not np.linalg.norm(end - start) > 0:
         raise MeshError(f'the line "{name}" begins where it ends: give two points')
-    # Frames are found below; the evenly spaced stations and their lengths are those of any straight line.
+    # Only stations and tributary lengths of this line are used; the frames are computed in `_make_framed_line`.
     plain = straight_contact_line(
         name=name, start=start, end=end, normal=np.zeros(3), across=np.zeros(3), n_station=n_station
     )
@@ -59,10 +59,10 @@ def line_between(mesh: Mesh, name: str, on: str, ends: tuple[Point, Point], n_st
 def line_along_edge(
     mesh: Mesh, name: str, on: tuple[str, str], n_station: int = N_STATION, start: Point | None = None
 ) -> ContactLine:
-    """Evenly spaced stations on the edge in which two faces meet; normals are those of the first.
+    """Contact line with evenly spaced stations on the edge in which two faces meet; normals are those of the first.
 
-    The line runs anticlockwise about the first face, seen from outside. One that closes, as the rim of a bore does,
-    begins at its point nearest to the start, with no station twice.
+    The line runs anticlockwise about the first face, seen from outside. A closed line, such as the rim of a bore,
+    begins at its corner node nearest to `start`, by default with the smallest x; no station is repeated at the end.
 
     Parameters
     ----------
@@ -75,12 +75,12 @@ def line_along_edge(
     n_station
         Number of stations [-].
     start
-        An open line begins at its end that is nearer to this point, if one is given [m].
+        Point near the start of the line [m]; an open line begins at its nearer end.
 
     Raises
     ------
     MeshError
-        A face that the mesh has not; faces that do not meet, or meet in several edges; fewer than two stations.
+        An unknown face; faces that do not meet, or meet in several edges; fewer than two stations.
     """
     if n_station < 2:
         raise MeshError(f'the line "{name}" cannot have {n_station} stations: give 2 or more')
@@ -121,7 +121,7 @@ def _make_framed_line(
 
 
 def _list_sides(mesh: Mesh, faces: Faces) -> Sides:
-    """Sides of faces, each in the sense of its face."""
+    """Sides of faces, each oriented as its face."""
     result = [np.empty((0, 3), dtype=np.int64)]
     for _, element, local, cells in mesh.face_groups(faces):
         on, n_corner = cells[:, element.faces[local]], len(element.corner_faces[local])
@@ -137,7 +137,7 @@ def _find_members(sides: Sides, others: Sides) -> NDArray[np.bool_]:
 
 
 def _chain_sides(sides: Sides, what: str) -> tuple[Sides, bool]:
-    """Sides one after the other, and whether the last one meets the first."""
+    """Sides in consecutive order, and whether the last side meets the first."""
     after = {int(side[0]): k for k, side in enumerate(sides)}
     ends = sorted(set(sides[:, 0].tolist()) - set(sides[:, 1].tolist()))
     nodes, which = np.unique(sides[:, :2], return_inverse=True)
@@ -157,7 +157,7 @@ def _chain_sides(sides: Sides, what: str) -> tuple[Sides, bool]:
 def _space_evenly(
     mesh: Mesh, sides: Sides, n_station: int, *, is_closed: bool
 ) -> tuple[Places, Places, Float[NDArray[np.float64], " station"]]:
-    """Places evenly along the sides, directions there, and the length that each stands for [m]."""
+    """Evenly spaced points along the sides, directions of the line there, and tributary lengths [m]."""
     first, last = mesh.points[sides[:, 0]], mesh.points[sides[:, 1]]
     middle = np.where(sides[:, 2:] >= 0, mesh.points[sides[:, 2]], (first + last) / 2)
     at = np.linspace(0, 1, PIECES + 1)

@@ -1,1 +1,1 @@
-"""Parametric solids of the rig: named faces, contact lines, STEP. Knows nothing of meshes."""
+"""Parametric solids of the rig: named faces, contact lines, STEP. No meshes."""

@@ -1,4 +1,4 @@
-"""The rig's blade: a slender plate with bevelled edges on a root block, with a grooved pad on each face at mid-span."""
+"""Blade of the rig: a slender plate with bevelled edges on a root block, and a grooved pad on each face at mid-span."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -14,8 +14,8 @@ from geometry.dimension import SMALLEST, check_dimensions, in_millimetres
 from geometry.groove import groove_problems
 from geometry.interface import N_STATION, ContactLine, straight_contact_line
 
-# Of each pair the first must not exceed the second: bevels thin the edges, pads stand on the flat, the blade stands
-# inside its root block.
+# Pairs of dimensions of which the first must not exceed the second: bevels make the edges thinner, the pads are on the
+# flat, and the blade is inside its root block.
 AT_MOST = (
     ("edge_thickness", "thickness"),
     ("flat_width", "chord"),
@@ -29,59 +29,60 @@ class Blade:
     """Dimensions of the rig's blade [m; rad where noted].
 
     Axes: x chord, y thickness (the direction of vibration), z span; z = 0 where the blade leaves its root block.
-    It is symmetric about x = 0 and y = 0. A pad stands on each flat face; a conical groove, open downwards, takes the
-    end of a bi-conical damper that lies along y.
+    It is symmetric about x = 0 and y = 0. Each flat face has a pad with a conical groove, open downwards, for the end
+    of a bi-conical damper along y.
 
-    The paper publishes no dimension of the rig, only the angle of its damper's cone and the measured first frequency:
-    these are ours, chosen so that the physics matches (122.25 Hz, second mode above twice the first). `docs/blade.md`
-    has a drawing.
+    The paper publishes no dimension of the rig except the angle of the damper's cone, and the measured first frequency.
+    The dimensions are chosen here so that the dynamics agree (122.25 Hz, second mode above twice the first).
+    `docs/blade.md` has a drawing.
 
     Parameters
     ----------
     length
-        From root block to tip. Searched, together with the root block's thickness, so that the mesh study of Table 1 is
-        reproduced; many times the thickness, so that the first modes are those of a slender beam.
+        Length from root block to tip. It was searched, together with the thickness of the root block, so that the mesh
+        study of Table 1 is reproduced; it is many times the thickness, so that the first modes are those of a slender
+        beam.
     thickness
-        Thickness of the flat middle. With the length it sets the first frequency (proportional to thickness /
-        length^2); sized for the measured one before the length was searched.
+        Thickness of the flat middle. With the length it determines the first frequency (proportional to thickness /
+        length^2); it was chosen for the measured frequency before the length was searched.
     edge_thickness
-        Thickness at the two long edges: a blade thins towards its edges, and bevels have exact areas and volumes.
+        Thickness at the two long edges: blades are thinner at their edges, and bevels have exact areas and volumes.
     chord
-        Width. Four thicknesses, so that edgewise bending lies about four times as high as the first mode, and the
-        second mode above twice the first.
+        Width: four thicknesses, so that edgewise bending is about four times as high as the first mode, and the second
+        mode above twice the first.
     flat_width
-        Width of the flat middle and of the pads on it: the groove's widest mouth and a lip of solid metal each side.
+        Width of the flat middle and of the pads on it: the widest mouth of the groove and a solid lip on each side.
     root_chord, root_thickness, root_height
-        Dimensions of the root block: larger than the section, so that the blade stands inside it and the block's two
-        faces normal to y can be clamped. The thickness was searched, together with the length, so that the mesh study
-        of Table 1 is reproduced; the height is three times the blade's thickness.
+        Dimensions of the root block: larger than the section, so that the blade is inside it and the block's two faces
+        normal to y can be clamped. The thickness was searched, together with the length, so that the mesh study of
+        Table 1 is reproduced; the height is three times the blade's thickness.
     contact_height
-        Height z of the middle of a contact line: mid-span, where the first mode moves about a third as much as at the
-        tip: enough to make a damper slip, not enough for the pads' mass to govern the frequency.
+        Height z of the middle of a contact line: at mid-span, where the first mode has about a third of its amplitude
+        at the tip: enough for slip of a damper, and not enough for the mass of the pads to determine the frequency.
     contact_length
         Length of a contact line, measured along y: seven stations 2 mm apart, so that each is a corner node of 1 mm or
         2 mm elements.
     pad_clearance
-        Between the blade's face and the inner end of a damper, which must never touch it; contact starts there.
+        Distance between the blade's face and the inner end of a damper, which must not touch it; contact starts there.
     pad_height_above_groove
-        Metal over the deepest crest of the groove: the pad must be stiff beside the contact, which is the spring.
+        Height of the pad above the deepest crest of the groove: the pad must be stiff compared with the contact.
     lip_above_axis
-        Height of the pad's lower face above the groove's axis. Positive, so that the groove has no undercut: the
-        damper is put in from below and held by its load alone.
+        Height of the pad's lower face above the groove's axis. It is positive, so that the groove has no undercut: the
+        damper is inserted from below and held only by its load.
     groove_radius
         Radius of the groove where contact starts. The damper's cone has 4.05 mm there (radius 6 mm, 15 % taper over 13
-        mm) and the groove 2 mm more with its axis 2 mm lower: equal cone angles on parallel axes touch along one
-        straight line, the crest, and nowhere else.
+        mm); the groove has 2 mm more, and its axis is 2 mm lower: cones of equal angle with parallel axes touch only
+        along one straight line, the crest.
     cone_half_angle
         Half-angle of the groove [rad]: the damper's published 8.53 degrees, a taper of 15 %.
     excitation_height
-        Height z of the point where the shaker's stinger pushes: near the root, where the blade moves least and the
-        shaker loads it least, and below the pads.
+        Height z of the point where the stinger of the shaker acts: near the root, where the blade moves least and is
+        least affected by the shaker, and below the pads.
 
     Raises
     ------
     GeometryError
-        One sentence with every dimension that is out of range or at odds with another, with its value and the remedy.
+        Dimensions out of range or in conflict; the message lists all with values and remedy.
 
     References
     ----------
@@ -114,17 +115,17 @@ class Blade:
 
     @property
     def contact_start(self) -> float:
-        """|y| of the inner end of a contact line: blade face plus clearance [m]."""
+        """Distance |y| of the inner end of a contact line: blade face plus clearance [m]."""
         return self.thickness / 2 + self.pad_clearance
 
     @property
     def pad_face(self) -> float:
-        """|y| of the outer face of a pad, where the contact line ends [m]."""
+        """Distance |y| of the outer face of a pad, where the contact line ends [m]."""
         return self.contact_start + self.contact_length
 
     @property
     def groove_axis(self) -> float:
-        """Height z of the axis of the conical groove: its crest is at `contact_height` half-way along the line [m]."""
+        """Height z of the axis of the groove; its crest is at `contact_height` in the middle of the line [m]."""
         return self.contact_height - self.groove_radius - 0.5 * self.contact_length * tan(self.cone_half_angle)
 
     @property
@@ -149,17 +150,17 @@ class Blade:
 
 
 def contact_lines(blade: Blade, n_station: int = N_STATION) -> dict[str, ContactLine]:
-    """The crests of the two grooves, from the inner end of the damper to the face of the pad.
+    """Contact lines along the crests of the two grooves, from the inner end of the damper to the face of the pad.
 
     The normal points out of the blade, into the groove. The first tangent points away from the blade, the second along
-    x. One line mirrors the other at y = 0, so that the frame (normal, tangents) has opposite hands on the two.
+    x. The lines are mirror images at y = 0, so that their frames (normal, tangents) have opposite handedness.
 
     Parameters
     ----------
     blade
         Dimensions of the blade.
     n_station
-        Stations on each line, evenly spaced, ends included [-].
+        Number of evenly spaced stations on each line, ends included [-].
 
     Returns
     -------
@@ -186,7 +187,7 @@ def contact_lines(blade: Blade, n_station: int = N_STATION) -> dict[str, Contact
 
 
 def _pad_problems(blade: Blade, invalid: Collection[str]) -> Iterator[str]:
-    """Conflicts of valid dimensions that keep pads and grooves from being one body with the blade."""
+    """Conflicts of valid dimensions because of which pads and grooves cannot be built on the blade."""
     if invalid:
         return
     low, high = in_millimetres(blade.pad_bottom), in_millimetres(blade.pad_top)

@@ -1,4 +1,4 @@
-"""The named points of a blade, be it the rig's or the plain one."""
+"""Named points of a blade, for the rig's blade and the plain blade."""
 
 from typing import Protocol
 
@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 
 
 class Outline(Protocol):
-    """The dimensions that place the points, as in `geometry.blade.Blade`."""
+    """Dimensions that determine the points, as in `geometry.blade.Blade`."""
 
     @property
     def length(self) -> float:
-        """From root block to tip [m]."""
+        """Length from root block to tip [m]."""
 
     @property
     def thickness(self) -> float:
-        """Along y [m]."""
+        """Thickness along y [m]."""
 
     @property
     def excitation_height(self) -> float:
@@ -24,7 +24,7 @@ class Outline(Protocol):
 
 
 def named_points(blade: Outline) -> dict[str, Float[NDArray[np.float64], " 3"]]:
-    """Where the shaker pushes ("excitation") and where the accelerometer sits ("response"), on the face at +y [m]."""
+    """Points of the shaker's force ("excitation") and of the accelerometer ("response"), on the face at +y [m]."""
     return {
         "excitation": np.array([0.0, blade.thickness / 2, blade.excitation_height]),
         "response": np.array([0.0, blade.thickness / 2, blade.length]),

@@ -1,4 +1,4 @@
-"""The rig's blade in CAD: block, plate and two grooved pads fused into one solid, and its faces found by place."""
+"""CAD model of the rig's blade: block, plate and two grooved pads fused into one solid, with named faces."""
 
 import numpy as np
 
@@ -9,12 +9,12 @@ from geometry.solid import Section, block, cone_along_y, curved_faces, face_regi
 
 
 def blade_part(blade: Blade) -> Part:
-    """The blade as one solid with named faces, points and contact lines.
+    """Build the blade as one solid with named faces, points and contact lines.
 
     Returns
     -------
-    A part with the faces "clamp" (the root block's two faces normal to y), "root_bottom", "tip", and on the side of
-    +y and -y "groove_positive", "groove_negative" (the cone alone) and "pad_positive", "pad_negative" (outer faces).
+    Part with the faces "clamp" (the root block's two faces normal to y), "root_bottom", "tip", and on the side of +y
+    and -y "groove_positive", "groove_negative" (only the cone) and "pad_positive", "pad_negative" (outer faces).
 
     Raises
     ------
@@ -43,7 +43,7 @@ def grooved_pad(blade: Blade) -> Shape:
     """Pad on the face at +y with its groove."""
     face, half_width = blade.thickness / 2, blade.flat_width / 2
     pad = block((-half_width, face, blade.pad_bottom), (half_width, blade.pad_face, blade.pad_top))
-    # The cutter reaches past the pad, so that no face of the two coincides where the groove is open.
+    # The cutter extends beyond the pad, so that no faces of the two coincide where the groove is open.
     past = blade.pad_face + blade.contact_length / 10
     (end_radius,) = blade.groove_radius_at(np.array([past]))
     cutter = cone_along_y(
@@ -57,7 +57,7 @@ def grooved_pad(blade: Blade) -> Shape:
 
 
 def blade_solid(blade: Blade) -> Shape:
-    """The whole blade as one CadQuery solid, in millimetres.
+    """Blade as one CadQuery solid, in millimetres.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def blade_solid(blade: Blade) -> Shape:
     x, y = blade.root_chord / 2, blade.root_thickness / 2
     root = block((-x, -y, -blade.root_height), (x, y, 0.0))
     pad = grooved_pad(blade)
-    # Not simplified after the union: merging faces would wipe out the crest of each groove, which is an edge.
+    # Not simplified after the union: merging faces would remove the crest of each groove, which is an edge.
     return single_solid("blade", prism(blade_section(blade), blade.length).fuse(root, pad, pad.mirror("XZ")))
 
 
@@ -75,7 +75,7 @@ def blade_faces(blade: Blade, solid: Shape) -> dict[str, FaceRegion]:
     """Named faces of the blade's solid; see `blade_part`."""
     half_root = blade.root_thickness / 2
     result = {
-        # A pad's face can lie in the same plane as the root block's: their heights tell them apart.
+        # A face of a pad can be in the same plane as a face of the root block: their heights distinguish them.
         "clamp": (
             *plane_faces(solid, normal=(0, 1, 0), offset=half_root, where=lambda centre: centre[2] < 0),
             *plane_faces(solid, normal=(0, -1, 0), offset=half_root, where=lambda centre: centre[2] < 0),

@@ -1,4 +1,4 @@
-"""The rig's bi-conical damper: a cylinder between two cones, which rest in the grooves of blade and de-coupler."""
+"""Bi-conical damper of the rig: a cylinder between two cones, which rest in the grooves of blade and de-coupler."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from geometry.dimension import SMALLEST, check_dimensions, in_millimetres
 from geometry.interface import N_STATION, ContactLine, straight_contact_line
 from geometry.part import Part, Point
 
-#: Sides of a damper by the direction of y in which they lie, and the body that each rests on.
+#: Body on which each side of a damper rests, and sign of y of the side.
 SIDES = (("blade", -1.0), ("decoupler", 1.0))
 
 
@@ -19,29 +19,29 @@ SIDES = (("blade", -1.0), ("decoupler", 1.0))
 class Damper:
     """Dimensions of a damper [m; rad where noted].
 
-    Axes of its own: y along its axis, from the blade to the de-coupler; z up, to the crests that it touches; the origin
-    in its middle. It is a body of revolution, symmetric about y = 0.
+    Local axes: y along the axis of the damper, from the blade to the de-coupler; z up, to the crests that it touches;
+    the origin in its middle. It is a body of revolution, symmetric about y = 0.
 
-    The paper publishes the half-angle of the cones alone; the others are ours, so that a damper weighs about 27 g and
-    fits the blade's groove with seven stations 2 mm apart.
+    The paper publishes only the half-angle of the cones. The other dimensions are chosen here, so that a damper weighs
+    about 27 g and fits the blade's groove with seven stations 2 mm apart.
 
     Parameters
     ----------
     radius
-        Radius of the cylinder in the middle, where the dead weight's wire pulls.
+        Radius of the cylinder in the middle, where the wire of the dead weight pulls.
     cylinder_length
-        Between the cones: twice the radius, room for the wire.
+        Length between the cones: twice the radius, which leaves room for the wire.
     contact_length
         Length of a contact line, measured along the axis from the end of a cone.
     shoulder
-        Length of a cone between its contact line and the cylinder: pads shall not touch the edge of the cylinder.
+        Length of a cone between its contact line and the cylinder, so that pads do not touch the edge of the cylinder.
     cone_half_angle
-        The published 8.53 degrees, a taper of 15 % [rad].
+        Half-angle of the cones: the published 8.53 degrees, a taper of 15 % [rad].
 
     Raises
     ------
     GeometryError
-        One sentence with every dimension that is out of range or at odds with another, with its value and the remedy.
+        Dimensions out of range or in conflict; the message lists all with values and remedy.
 
     References
     ----------
@@ -71,7 +71,7 @@ class Damper:
 
     @property
     def half_length(self) -> float:
-        """|y| of the ends [m]."""
+        """Distance |y| of the ends from the middle [m]."""
         return self.cylinder_length / 2 + self.cone_length
 
     @property
@@ -92,7 +92,7 @@ class Damper:
 
 
 def contact_lines(damper: Damper, n_station: int = N_STATION) -> dict[str, ContactLine]:
-    """The crests of the two cones, from the ends of the damper to the shoulders.
+    """Contact lines along the crests of the two cones, from the ends of the damper to the shoulders.
 
     The normal points out of the damper, into the crest of the groove. The first tangent points along the line, to the
     middle of the damper; the second along x.
@@ -102,7 +102,7 @@ def contact_lines(damper: Damper, n_station: int = N_STATION) -> dict[str, Conta
     damper
         Dimensions of the damper.
     n_station
-        Stations on each line, evenly spaced, ends included [-].
+        Number of evenly spaced stations on each line, ends included [-].
 
     Returns
     -------
@@ -128,12 +128,12 @@ def contact_lines(damper: Damper, n_station: int = N_STATION) -> dict[str, Conta
 
 
 def named_points(damper: Damper) -> dict[str, Point]:
-    """Points of a damper.
+    """Named points of a damper.
 
     Returns
     -------
-    "dead_weight", where the wire lies under the middle of the cylinder and pulls it up into the grooves; "laser_blade"
-    and "laser_decoupler", where the differential laser sees the damper beside the pads, on the side of +x [m].
+    "dead_weight", where the wire under the middle of the cylinder pulls it up into the grooves; "laser_blade" and
+    "laser_decoupler", where the differential laser measures the damper beside the pads, on the side of +x [m].
     """
     result = {"dead_weight": np.array([0.0, 0.0, -damper.radius])}
     for body, side in SIDES:
@@ -142,13 +142,13 @@ def named_points(damper: Damper) -> dict[str, Point]:
 
 
 def damper_part(damper: Damper) -> Part:
-    """The damper as one solid with named faces, points and contact lines.
+    """Build the damper as one solid with named faces, points and contact lines.
 
-    Its seams are the generators on top (+z): the edges of the CAD model that carry the contact lines.
+    Its seams are the generators on top (+z): edges of the CAD model on which the contact lines lie.
 
     Returns
     -------
-    A part with the faces "cone_blade", "cone_decoupler", "cylinder", "end_blade" and "end_decoupler".
+    Part with the faces "cone_blade", "cone_decoupler", "cylinder", "end_blade" and "end_decoupler".
 
     Raises
     ------
@@ -171,5 +171,5 @@ def damper_part(damper: Damper) -> Part:
 
 
 def _is_beyond(side: float, middle: float, centre: Point) -> bool:
-    """Whether a face lies outside the cylinder, on one side."""
+    """Whether the centre of a face lies beyond the cylinder on one side."""
     return bool(side * centre[1] > middle)

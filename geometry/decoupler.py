@@ -1,4 +1,4 @@
-"""The rig's L-shaped de-coupler: a grooved pad on a plate, and two arms that end in load cells, at right angles."""
+"""L-shaped de-coupler of the rig: a grooved pad on a plate, and two arms at right angles that end in load cells."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -16,10 +16,11 @@ from geometry.part import Part, Point
 
 Lengths = Float[NDArray[np.float64], "*k"]
 
-# Of each pair the first must not exceed the second: a neck is thinner than its arm, a load cell is not, and the arms
-# meet on the contact line.
+# Pairs of dimensions of which the first must not exceed the second: a neck is not thicker than its arm, an arm not
+# thicker than its load cell, and the arms meet on the contact line.
 AT_MOST = (("neck_thickness", "arm_thickness"), ("arm_thickness", "cell_thickness"), ("arms_meet", "contact_length"))
-# Outside these, arms lie along the damper or across it, and two load cells no longer tell its two forces apart.
+# Range of the arm angle [rad]; outside it the arms are nearly parallel or perpendicular to the damper, and two load
+# cells cannot separate its two forces.
 ARM = {"arm_angle": (radians(20.0), radians(70.0))}
 
 
@@ -27,39 +28,39 @@ ARM = {"arm_angle": (radians(20.0), radians(70.0))}
 class Decoupler:
     """Dimensions of a de-coupler [m; rad where noted].
 
-    Axes of its own: x as the blade's; y along the groove, away from the damper; z up, from the groove's axis; y = 0 at
-    the face of the pad that looks towards the blade. It is symmetric about x = 0.
+    Local axes: x as for the blade; y along the groove, away from the damper; z up, from the axis of the groove; y = 0
+    at the face of the pad towards the blade. It is symmetric about x = 0.
 
-    The pad mirrors the blade's. It stands on a plate, from whose back two arms rise and fall at the same angle; a neck
-    near the root of each lets it bend easily, so that it passes the force along itself alone. The axes of the arms meet
-    on the contact line: a force in the middle of the line then turns nothing, and no arm carries it across itself. The
-    load cells belong to the body; their far ends are fixed.
+    The pad mirrors that of the blade. It is on a plate, from whose back two arms rise and fall at the same angle. A
+    flexible neck near the root of each arm makes it bend easily, so that the arm transmits only the force along its
+    axis. The axes of the arms meet on the contact line: a force in the middle of the line then causes no moment and no
+    transverse force in the arms. The load cells belong to the body; their far ends are fixed.
 
-    The paper publishes the angle of the arms alone; the others are ours.
+    The paper publishes only the angle of the arms; the other dimensions are chosen here.
 
     Parameters
     ----------
     width
-        Along x, of all its parts: that of the blade's pads.
+        Width along x of all parts, equal to that of the blade's pads.
     contact_length
         Length of the contact line, measured along the axis from the face of the pad.
     end_clearance
-        Between the damper's end and the plate.
+        Distance between the end of the damper and the plate.
     groove_radius
-        Radius of the groove where contact starts, at the damper's end.
+        Radius of the groove where contact starts, at the end of the damper.
     lip_above_axis
         Height of the pad's lower face above the groove's axis; positive, so that the groove has no undercut.
     pad_height_above_groove
-        Metal over the widest crest of the groove.
+        Height of the pad above the widest crest of the groove.
     plate_thickness
-        Thickness of the plate along y; its height is that of the arms' roots.
+        Thickness of the plate along y; its height is that of the roots of the arms.
     arm_angle
         Angle of each arm to the plane of the damper's axis: the published 45 degrees [rad].
     arms_meet
-        Place y where the axes of the arms meet: at the height of the contact line, so far behind the face of the pad.
+        Position y, behind the face of the pad, where the axes of the arms meet at the height of the contact line.
     arm_thickness, stub_length, arm_length
         Thickness of the arms in the plane of symmetry; length of the stub between the plate and the neck, along its
-        outer face, and of the arm beyond the neck.
+        outer face, and of the arm between neck and load cell.
     neck_thickness, neck_length
         Thickness and length of the flexible necks.
     cell_thickness, cell_length
@@ -70,7 +71,7 @@ class Decoupler:
     Raises
     ------
     GeometryError
-        One sentence with every dimension that is out of range or at odds with another, with its value and the remedy.
+        Dimensions out of range or in conflict; the message lists all with values and remedy.
 
     References
     ----------
@@ -115,12 +116,12 @@ class Decoupler:
 
     @property
     def plate_front(self) -> float:
-        """Y of the plate's face on which the pad stands [m]."""
+        """Position y of the front face of the plate, with the pad [m]."""
         return self.contact_length + self.end_clearance
 
     @property
     def plate_back(self) -> float:
-        """Y of the plate's face from which the arms start [m]."""
+        """Position y of the back face of the plate, with the arms [m]."""
         return self.plate_front + self.plate_thickness
 
     @property
@@ -130,17 +131,17 @@ class Decoupler:
 
     @property
     def middle(self) -> float:
-        """Height z at which the arms' axes meet, about which plate and arms are symmetric [m]."""
+        """Height z at which the axes of the arms meet; plate and arms are symmetric about it [m]."""
         return float(self.groove_radius_at(np.array(self.arms_meet)))
 
     @property
     def arms_reach(self) -> float:
-        """From where the arms' axes meet to the plate's back, along y [m]."""
+        """Distance along y from the point where the axes of the arms meet to the plate's back [m]."""
         return self.plate_back - self.arms_meet
 
     @property
     def half_height(self) -> float:
-        """Half the height of the plate, which ends with the arms' outer faces [m]."""
+        """Half the height of the plate, which ends at the outer faces of the arms [m]."""
         return self.arms_reach * tan(self.arm_angle) + self.arm_thickness / 2 / cos(self.arm_angle)
 
     @property
@@ -156,12 +157,12 @@ class Decoupler:
 
 @dataclass(frozen=True, kw_only=True)
 class Arm:
-    """Where the upper arm lies in the plane of symmetry, from the middle of the plate's back; see `arm`.
+    """Position of the upper arm in the plane of symmetry, relative to the middle of the plate's back; see `arm`.
 
     Parameters
     ----------
     along, across
-        Unit vectors (y, z) along the arm, to the load cell, and square to it, outwards [-].
+        Unit vectors (y, z) along the arm, to the load cell, and perpendicular to it, outwards [-].
     centre
         Offset of the arm's centre line along `across` [m].
     stations
@@ -174,13 +175,13 @@ class Arm:
     stations: tuple[float, ...]
 
     def point(self, along: Lengths, offset: Lengths) -> tuple[Lengths, Lengths]:
-        """Places (y, z) from the middle of the plate's back, at distances along the arm and off its centre line [m]."""
+        """Points (y, z) relative to the middle of the plate's back, at distances along and off the centre line [m]."""
         off = self.centre + offset
         return along * self.along[0] + off * self.across[0], along * self.along[1] + off * self.across[1]
 
 
 def arm(decoupler: Decoupler) -> Arm:
-    """The upper arm: its outer face starts at the plate's upper back edge; the lower arm mirrors it."""
+    """Upper arm, whose outer face starts at the plate's upper back edge; the lower arm is its mirror image."""
     angle = decoupler.arm_angle
     lengths = (decoupler.stub_length, decoupler.neck_length, decoupler.arm_length, decoupler.cell_length)
     stations = decoupler.half_height * sin(angle) + np.cumsum(lengths)
@@ -193,7 +194,7 @@ def arm(decoupler: Decoupler) -> Arm:
 
 
 def make_outline(decoupler: Decoupler) -> list[tuple[float, float]]:
-    """Corners (y, z) of plate, arms and load cells in the plane of symmetry, all round [m]."""
+    """Corners (y, z) of the outline of plate, arms and load cells in the plane of symmetry [m]."""
     one = arm(decoupler)
     neck, beam, cell, end = one.stations
     thick, thin, wide = decoupler.arm_thickness, decoupler.neck_thickness, decoupler.cell_thickness
@@ -203,14 +204,14 @@ def make_outline(decoupler: Decoupler) -> list[tuple[float, float]]:
     front = [[-decoupler.plate_thickness, decoupler.half_height], [0.0, decoupler.half_height]]
     upper = np.concatenate([front, outer, inner[::-1]])
     lower = upper[::-1] * [1.0, -1.0]
-    # Behind the plate both stubs start from one edge, at half its height.
+    # Behind the plate both stubs start from a common edge, at half its height.
     corners = np.concatenate([upper, [[0.0, 0.0]], lower])
     corners += np.array([decoupler.plate_back, decoupler.middle])
     return [(float(y), float(z)) for y, z in corners]
 
 
 def contact_lines(decoupler: Decoupler, n_station: int = N_STATION) -> dict[str, ContactLine]:
-    """The crest of the groove, from the damper's end to the face of the pad.
+    """Contact line along the crest of the groove, from the damper's end to the face of the pad.
 
     The normal points out of the de-coupler, into the groove. The first tangent points along the line, towards the
     blade; the second along x.
@@ -220,7 +221,7 @@ def contact_lines(decoupler: Decoupler, n_station: int = N_STATION) -> dict[str,
     decoupler
         Dimensions of the de-coupler.
     n_station
-        Stations on the line, evenly spaced, ends included [-].
+        Number of evenly spaced stations on the line, ends included [-].
 
     Returns
     -------
@@ -244,12 +245,12 @@ def contact_lines(decoupler: Decoupler, n_station: int = N_STATION) -> dict[str,
 
 
 def named_points(decoupler: Decoupler) -> dict[str, Point]:
-    """Points of a de-coupler.
+    """Named points of a de-coupler.
 
     Returns
     -------
-    "cell_upper" and "cell_lower", the middles of the load cells' fixed ends; "laser", the lower edge of the pad beside
-    the damper, on the side of +x [m].
+    "cell_upper" and "cell_lower", the middles of the fixed ends of the load cells; "laser", the lower edge of the pad
+    beside the damper, on the side of +x [m].
     """
     one = arm(decoupler)
     y, z = (float(item) for item in one.point(np.array(one.stations[-1]), np.array(0.0)))
@@ -261,12 +262,12 @@ def named_points(decoupler: Decoupler) -> dict[str, Point]:
 
 
 def decoupler_part(decoupler: Decoupler) -> Part:
-    """The de-coupler as one solid with named faces, points and its contact line.
+    """Build the de-coupler as one solid with named faces, points and its contact line.
 
     Returns
     -------
-    A part with the faces "groove" (the cone alone), "pad" (the face towards the blade), "cell_upper" and "cell_lower"
-    (the fixed ends of the load cells).
+    Part with the faces "groove" (only the cone), "pad" (the face towards the blade), "cell_upper" and "cell_lower" (the
+    fixed ends of the load cells).
 
     Raises
     ------
@@ -277,7 +278,7 @@ def decoupler_part(decoupler: Decoupler) -> Part:
 
     half = decoupler.width / 2
     pad = cad.block((-half, 0.0, decoupler.lip_above_axis), (half, decoupler.plate_front, decoupler.top))
-    # The cutter reaches past the pad, so that no face of the two coincides where the groove is open.
+    # The cutter extends beyond the pad, so that no faces of the two coincide where the groove is open.
     before = -decoupler.contact_length / 10
     cutter = cad.cone_along_y(
         start=before,
@@ -286,7 +287,7 @@ def decoupler_part(decoupler: Decoupler) -> Part:
         end_radius=decoupler.narrow_groove_radius,
         axis_height=0.0,
     )
-    # Not simplified after the union: merging faces would wipe out the groove's crest, which is an edge.
+    # Not simplified after the union: merging faces would remove the crest of the groove, which is an edge.
     solid = cad.single_solid("de-coupler", cad.plate(make_outline(decoupler), -half, half).fuse(pad.cut(cutter)))
     points = named_points(decoupler)
     result = {
@@ -305,7 +306,7 @@ def decoupler_part(decoupler: Decoupler) -> Part:
 
 
 def _shape_problems(decoupler: Decoupler, invalid: Collection[str]) -> Iterator[str]:
-    """Conflicts of valid dimensions that keep groove, plate and arms from being one body."""
+    """Conflicts of valid dimensions because of which groove, plate and arms are not one body."""
     if invalid:
         return
     yield from groove_problems(

@@ -1,4 +1,4 @@
-"""The range in which a dimension can be built, and the one sentence that says what is wrong with a set of them."""
+"""Check dimensions: allowed ranges, and one message with all problems of a set of dimensions."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import asdict
@@ -7,16 +7,17 @@ from typing import Any
 
 from geometry.errors import GeometryError
 
-# A hundredth of a millimetre is a hundred times finer than a rig's tolerances and still a hundred thousand times
-# coarser than the CAD kernel's own (1e-7 mm): what is thinner than this is a slip of the unit, as is ten metres.
+# Smallest and largest length [m]; other values are probably in a wrong unit. A hundredth of a millimetre is a hundred
+# times finer than the tolerances of a rig, and a hundred thousand times coarser than those of the CAD kernel (1e-7 mm).
 SMALLEST = 1e-5
 LARGEST = 10.0
-# A flatter cone is replaced by a cylinder in the CAD kernel (seen below 0.01 deg), which moves the contact line.
+# Range of the half-angle of cones [rad]. The CAD kernel replaces flatter cones by cylinders (observed below 0.01 deg),
+# which moves the contact line.
 CONE = {"cone_half_angle": (radians(0.05), nextafter(radians(45.0), 0.0))}
 
 
 def in_millimetres(length: float) -> str:
-    """A length [m] as a reader of drawings expects it."""
+    """Length [m] as text in millimetres, as in drawings."""
     return f"{1e3 * length:.6g} mm"
 
 
@@ -28,26 +29,26 @@ def check_dimensions(
     angles: Mapping[str, tuple[float, float]] = CONE,
     further: Callable[[Collection[str]], Iterable[str]],
 ) -> None:
-    """Refuse a body with all that is wrong with its dimensions, in one sentence.
+    """Refuse a body with invalid dimensions; the message lists all problems in one sentence.
 
     Parameters
     ----------
     body
-        Name for the message.
+        Name of the body in the message.
     dimensions
-        Dataclass whose fields are lengths [m], but for the angles.
+        Dataclass whose fields are lengths [m], except for the angles.
     at_most
         Names of pairs of lengths of which the first must not exceed the second.
     angles
         Names of fields that are angles, and the range of each [rad].
     further
-        Clauses on what is wrong with valid dimensions together, from the names of those that are invalid.
+        Function that gets the names of invalid dimensions and returns clauses about conflicts of valid dimensions.
 
     Raises
     ------
     GeometryError
         A length that is not finite, not positive or outside [`SMALLEST`, `LARGEST`], an angle out of its range, a pair
-        in the wrong order, or what `further` finds.
+        in the wrong order, or a problem from `further`.
     """
     values: dict[str, float] = asdict(dimensions)
     problems = {
@@ -94,7 +95,7 @@ def refuse(body: str, problems: Iterable[str]) -> None:
     Raises
     ------
     GeometryError
-        One sentence with all of them.
+        The problems, in one sentence.
     """
     clauses = "; ".join(problems)
     if clauses:

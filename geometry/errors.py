@@ -1,12 +1,12 @@
-"""Errors of inputs as one tree of exceptions, and doubtful inputs as one tree of warnings.
+"""Tree of errors of inputs, and tree of warnings about doubtful inputs.
 
 ::
 
     ValueError
     └── InputError            the user can correct it: one sentence with the value and the remedy
         ├── GeometryError     a dimension or a shape that cannot be built
-        ├── SelectorError     a selector that means no face, or one that another has
-        ├── RegistryError     a plug-in that fails, lacks a fact or has a name that is taken, or an unknown name
+        ├── SelectorError     a selector that fits no face, or a face that another region has
+        ├── RegistryError     a plug-in that fails, lacks a fact or has a name in use, or an unknown name
         ├── fe.errors.MeshError
         │   ├── fe.errors.InvertedCell
         │   └── fe.errors.PointOffSurface
@@ -22,32 +22,32 @@
         └── MissingSoftware   a system library or a package that this machine lacks
 
     RuntimeError
-    └── ComputationFailed     the input is sound, but no result came out
+    └── ComputationFailed     the input is valid, but there is no result
 
     UserWarning
-    └── InputWarning          the input is taken as it is, but may not be meant
+    └── InputWarning          the input is used as it is, but may not be intended
         └── hbsolve.errors.DampingWarning
 
-It is in the lowest package, so that every other package can derive from it.
+These classes are in the lowest package, so that every other package can derive from them.
 """
 
 import re
 
-#: Longest run of characters without a blank in a message, as a path may have; a damaged value may have thousands.
+#: Largest number of characters without a blank in a message, enough for a path; a damaged value may have thousands.
 LONGEST_WORD = 500
 _LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD},}}")
 
 
 def make_printable(text: str) -> str:
-    """Text of a file as a terminal may show it: no control characters, and no endless words."""
+    """Text that a terminal can show: without control characters, and with long words cut off."""
     short = _LONG_WORD.sub(lambda word: f"{word[0][:LONGEST_WORD]}...", text)
     return "".join(letter if letter.isprintable() or letter == "\n" else "·" for letter in short)
 
 
 class InputError(ValueError):
-    """An input that its user can correct; the message is one sentence that names the value and the remedy.
+    """Error for an input that the user can correct; the message is one sentence with the value and the remedy.
 
-    Values come from files: what is not printable in them is shown as a dot.
+    Characters that are not printable, for example in values from files, are shown as dots.
     """
 
     def __init__(self, *arguments: object) -> None:
@@ -55,27 +55,27 @@ class InputError(ValueError):
 
 
 class InputWarning(UserWarning):
-    """An input that can be computed with but may not be meant; the message is one sentence with value and remedy."""
+    """Warning about an input that is used but may not be intended, in one sentence with the value and the remedy."""
 
 
 class GeometryError(InputError):
-    """A dimension, or a set of dimensions, that describes no solid."""
+    """Error for dimensions of which no solid can be built."""
 
 
 class SelectorError(InputError):
-    """A selector of faces that does not do.
+    """Error for a selector that fits no face, or a face of another region.
 
     Parameters
     ----------
     message
-        One sentence.
+        Message in one sentence.
     region
-        The name that it was to give.
+        Name of the region of the selector.
     number
-        Index of the selector among those of that name.
+        Index of the selector among those of the region.
     """
 
-    # Defaults, since an error that comes back from another process is made of its message first.
+    # The defaults are needed because an error from another process is first constructed from its message.
     def __init__(self, message: str, region: str = "", number: int = 0) -> None:
         super().__init__(message)
         self.region = region
@@ -83,16 +83,16 @@ class SelectorError(InputError):
 
 
 class RegistryError(InputError):
-    """A plug-in that fails, lacks a fact or has a name that is taken, or a name that no member has."""
+    """Error for a plug-in that fails, lacks a fact or has a name that is in use, or for an unknown name."""
 
 
 class OutputError(InputError):
-    """An output folder or file that cannot be written."""
+    """Error for an output folder or file that cannot be written."""
 
 
 class MissingSoftware(InputError):
-    """A system library or a package that this machine lacks; the message holds the line that installs it."""
+    """Error for a missing system library or package; the message contains the command that installs it."""
 
 
 class ComputationFailed(RuntimeError):
-    """A computation on sound input that did not converge or ran out of memory."""
+    """Error for a computation on valid input that did not converge or ran out of memory."""

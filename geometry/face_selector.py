@@ -1,4 +1,4 @@
-"""Faces of a foreign solid found by what its user knows of them: name, colour, place, direction or area."""
+"""Select faces of an imported solid by name, colour, position, normal or area."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,38 +12,38 @@ from geometry.errors import InputError, SelectorError
 from geometry.part import MILLIMETRES_PER_METRE, FaceRegion, Shape
 from geometry.solid import face_region
 
-#: A face looks along a direction if its normal strays from it by less [degree].
+#: Largest angle between the normal of a face and the wanted direction [degree].
 ALONG = 1.0
-#: How far a face without the wanted colour, or one that is not plane, is from what is wanted, beside one that looks the
-#: opposite way [-].
+#: Distance from a criterion for a face with another colour, or that is not plane; equal to that of the opposite normal
+#: [-].
 QUITE = 1.0
-#: A face is at a place if it is this near to it [mm].
+#: Largest distance of a face from a given point [mm].
 AT = 1e-3
-#: Faces that a refusal lists.
+#: Largest number of faces that an error message lists.
 LISTED = 12
 
 
 @dataclass(frozen=True, kw_only=True)
 class FaceSelector:
-    """Criteria of faces: a face must meet all that are given.
+    """Criteria for faces; a face must satisfy all given criteria.
 
     Parameters
     ----------
     name
         Name of the face in the file.
     colour
-        "#RRGGBB".
+        Colour as "#RRGGBB".
     at
-        A point on the face, shape (3,) [m].
+        Point on the face, shape (3,) [m].
     normal
-        Direction out of the body in which a plane face looks, of any length.
+        Outward normal of a plane face, of any length.
     area
-        Least and greatest area [m^2].
+        Smallest and largest area [m^2].
 
     Raises
     ------
     InputError
-        Nothing is given, or a value that describes no face.
+        No criterion, or an invalid value.
     """
 
     name: str | None = None
@@ -73,14 +73,14 @@ class FaceSelector:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class KnownFace:
-    """A face of a solid with what its file says of it.
+    """Face of a solid with its name and colour in the file.
 
     Parameters
     ----------
     shape
         CadQuery face, in millimetres.
     name, colour
-        Empty where the file gives none.
+        Name and colour; empty if the file gives none.
     """
 
     shape: Shape
@@ -88,11 +88,11 @@ class KnownFace:
     colour: str = ""
 
     def fits(self, selector: FaceSelector) -> bool:
-        """Whether a selector means this face."""
+        """Whether the face satisfies a selector."""
         return not any(self.misfits(selector))
 
     def misfits(self, selector: FaceSelector) -> Iterator[tuple[float, str]]:
-        """Distances of the face from the criteria that it does not meet [-], and its values, in words."""
+        """Distances of the face from the criteria that it does not satisfy [-], and its values as text."""
         if selector.name is not None and self.name != selector.name:
             alike = SequenceMatcher(a=self.name.lower(), b=selector.name.lower()).ratio()
             yield 1 - alike, f'its name is "{self.name}"' if self.name else "it has no name"
@@ -133,7 +133,7 @@ class KnownFace:
 def select_faces(
     body: str, known: Sequence[KnownFace], selectors: Mapping[str, Sequence[FaceSelector]]
 ) -> dict[str, FaceRegion]:
-    """Regions by name, each of all faces that one of its selectors means.
+    """Regions by name, each of all faces that satisfy one of its selectors.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def select_faces(
     Raises
     ------
     SelectorError
-        A selector that no face fits, with the nearest and the faces there are; or a face in two regions.
+        A selector that fits no face, with the nearest face and a list of faces; or a face in two regions.
     """
     owner: dict[int, str] = {}
     regions = {}
@@ -176,7 +176,7 @@ def select_faces(
 
 
 def _nearest(known: Sequence[KnownFace], selector: FaceSelector) -> str:
-    """The face that misses the fewest things, and those by the least, with what to give for it."""
+    """Text about the face that fails the fewest criteria by the smallest distances, with the remedy."""
     missed = [list(face.misfits(selector)) for face in known]
     best = min(range(len(known)), key=lambda k: (len(missed[k]), sum(far for far, _ in missed[k])))
     clauses = " and ".join(words for _, words in missed[best])

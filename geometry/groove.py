@@ -1,4 +1,4 @@
-"""A conical groove in a pad, open downwards: how wide its mouth is, and what keeps it from being one."""
+"""Conical groove in a pad, open downwards: width of its mouth, and conflicts of its dimensions."""
 
 from collections.abc import Iterator
 
@@ -12,7 +12,7 @@ Radii = Float[NDArray[np.float64], "*k"]
 
 
 def half_mouth(radius: Radii | float, lip_above_axis: float) -> Radii:
-    """Half the width of the mouth of a groove whose lips lie above its axis [m]."""
+    """Half the width of the mouth of a groove whose lips are above its axis [m]."""
     return np.asarray(np.sqrt(np.asarray(radius) ** 2 - lip_above_axis**2))
 
 
@@ -31,7 +31,7 @@ def groove_problems(
     Parameters
     ----------
     lip_above_axis, narrow_radius, wide_radius, width
-        Height of the lips over the axis, radii at both ends, and width of the pad [m].
+        Height of the lips above the axis, radii at both ends, and width of the pad [m].
     width_name, narrow_at, sides
         Names in the message for the field of the width, the narrow end, and the sides of the pad.
     """

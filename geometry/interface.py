@@ -17,7 +17,7 @@ Stations = Float[NDArray[np.float64], "station 3"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ContactLine:
-    """A line on a body's surface along which it may touch its neighbour; arrays are copied in and read-only.
+    """Line on the surface of a body along which it may touch another body; arrays are copied and read-only.
 
     Parameters
     ----------
@@ -26,11 +26,11 @@ class ContactLine:
     stations
         Points of the line in order, ends included, shape (n_station, 3) [m].
     normal
-        Unit vectors out of the body, shape (n_station, 3) [-].
+        Outward unit normals of the body, shape (n_station, 3) [-].
     tangents
         Two unit vectors in the surface, the first along the line, shape (n_station, 2, 3) [-].
     tributary_length
-        Length of the line that a station stands for; they sum to the line's length, shape (n_station,) [m].
+        Length of the line that belongs to each station; the sum is the length of the line, shape (n_station,) [m].
 
     Raises
     ------
@@ -81,16 +81,16 @@ def straight_contact_line(
     start, end
         First and last station, shape (3,) [m].
     normal
-        Unit vector out of the body, shape (3,) [-].
+        Outward unit normal of the body, shape (3,) [-].
     across
-        Unit vector in the surface, square to the line, shape (3,) [-].
+        Unit vector in the surface, perpendicular to the line, shape (3,) [-].
     n_station
         Number of stations, ends included [-].
 
     Raises
     ------
     GeometryError
-        Fewer than two stations: they could not stand for the line's two ends.
+        Fewer than two stations; both ends of the line are stations.
     """
     if n_station < 2:
         raise GeometryError(f'contact line "{name}" cannot have {n_station} stations: give 2 or more')

@@ -1,4 +1,4 @@
-"""Whether bodies of an assembly overlap."""
+"""Check whether bodies of an assembly overlap."""
 
 from collections.abc import Mapping
 from itertools import combinations
@@ -6,13 +6,13 @@ from itertools import combinations
 from geometry.errors import GeometryError
 from geometry.part import MILLIMETRES_PER_METRE, Part
 
-# Overlap that is none [m^3]. A damper pressed 1 um into its groove overlaps it in a sliver of 12 mm by 0.3 mm by 2/3 of
-# 1 um, 2.5e-12 m^3, and that is found; between surfaces that touch the kernel finds none.
+# Largest volume that is not an overlap [m^3]. A damper pressed 1 um into its groove overlaps it in a sliver of 12 mm by
+# 0.3 mm by 2/3 of 1 um, 2.5e-12 m^3, which is detected; for surfaces that only touch, the kernel finds no volume.
 NO_OVERLAP = 1e-12
 
 
 def overlaps(parts: Mapping[str, Part]) -> dict[tuple[str, str], float]:
-    """Volumes that two bodies share, by their names; pairs that share none are left out [m^3]."""
+    """Common volumes of pairs of bodies by their names, without pairs that do not overlap [m^3]."""
     result = {}
     for one, other in combinations(parts, 2):
         if _boxes_apart(parts[one], parts[other]):
@@ -30,7 +30,7 @@ def check_no_overlap(parts: Mapping[str, Part]) -> None:
     Raises
     ------
     GeometryError
-        One sentence with every pair that overlaps, and by how much.
+        Overlapping bodies; the message lists all pairs and volumes.
     """
     result = overlaps(parts)
     if result:

@@ -1,4 +1,4 @@
-"""All faces of a solid with what tells them apart: kind, area, position, a point on each, and triangles to draw it."""
+"""List the faces of a solid with kind, area, position, a point on each, and triangles for drawing."""
 
 from dataclasses import dataclass
 
@@ -9,30 +9,30 @@ from numpy.typing import NDArray
 from geometry.part import MILLIMETRES_PER_METRE
 from geometry.step_part import StepBody
 
-#: Largest distance of a triangle from a curved face, over the size of the solid [-].
+#: Largest distance of a triangle from a curved face, relative to the size of the solid [-].
 CHORD = 2e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ListedFace:
-    """A face of a solid.
+    """Face of a solid.
 
     Parameters
     ----------
     name
-        Its name in the file; empty where that has none.
+        Name in the file; empty if it has none.
     kind
-        "plane", "cylinder" and so on.
+        Kind of surface, such as "plane" or "cylinder".
     area
         Area [m^2].
     centre
-        Centre of its area, which need not lie on it, shape (3,) [m].
+        Centre of area, which need not lie on the face, shape (3,) [m].
     inside
-        A point on it, away from its edges, shape (3,) [m].
+        Point on the face, away from its edges, shape (3,) [m].
     normal
-        Direction out of the solid of a plane, shape (3,) [-]; None for others.
+        Outward normal of a plane, shape (3,) [-]; None for other surfaces.
     corners, triangles
-        Its surface in triangles: corners [m], and three of them for each triangle.
+        Corners of its triangles [m], and three corner numbers for each triangle.
     """
 
     name: str
@@ -46,7 +46,7 @@ class ListedFace:
 
 
 def list_faces(body: StepBody) -> list[ListedFace]:
-    """The faces of a solid, in the order of its file.
+    """List the faces of a solid, in the order of its file.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def list_faces(body: StepBody) -> list[ListedFace]:
 
 
 def corner_points(body: StepBody) -> Float[NDArray[np.float64], "corner 3"]:
-    """Corners of a solid [m]; points of its edges where it has none."""
+    """Vertices of a solid, which include seam points of edges without corners [m]."""
     corners = [vertex.toTuple() for vertex in body.solid.Vertices()]
     return np.array(corners) / MILLIMETRES_PER_METRE
 
@@ -84,7 +84,7 @@ def corner_points(body: StepBody) -> Float[NDArray[np.float64], "corner 3"]:
 def _inside(
     face: object, corners: Float[NDArray[np.float64], "corner 3"], triangles: Int[NDArray[np.int64], "triangle 3"]
 ) -> Float[NDArray[np.float64], " 3"]:
-    """The point of the face next to the middle of its largest triangle."""
+    """Point of the face nearest to the middle of its largest triangle."""
     import cadquery as cq
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 

@@ -1,20 +1,20 @@
-"""Names or sentences of which a message shows the first ones."""
+"""Lists of names or sentences in messages, of which only the first are shown."""
 
 from collections.abc import Sequence
 
-#: Names that a message shows.
+#: Largest number of names that a message shows.
 MAX_NAMES = 3
 
 
 def join_first_names(names: Sequence[str], separator: str = ", ") -> str:
-    """The first names, and how many more there are.
+    """Join the first names, and add the number of the others.
 
     Parameters
     ----------
     names
-        Names, k of them.
+        Names, shape (k,).
     separator
-        What stands between two of them.
+        Text between two names.
     """
     more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
     return f"{separator.join(names[:MAX_NAMES])}{more}"

@@ -1,4 +1,4 @@
-"""A body of the rig as the other packages see it: one solid, and names for the places that matter on it."""
+"""Body for other packages: one solid with named faces, points and contact lines."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from geometry.interface import ContactLine
 from geometry.read_only_array import freeze_fields, read_only
 
-# A CadQuery shape, in millimetres. Its true type would import CadQuery, which takes seconds, with this module.
+# A CadQuery shape, in millimetres. The actual type would import CadQuery with this module, which takes seconds.
 Shape: TypeAlias = Any
 
 MILLIMETRES_PER_METRE = 1e3
@@ -52,13 +52,13 @@ class Part:
     name
         Name of the part in files.
     solid
-        CadQuery solid: the one place where lengths are millimetres.
+        CadQuery solid, in millimetres; all other lengths are in metres.
     faces
         Regions of its surface by name.
     points
         Named points on its surface, each of shape (3,) [m].
     contact_lines
-        Lines along which it can touch its neighbours, by name.
+        Lines along which it can touch other bodies, by name.
     """
 
     name: str
@@ -76,7 +76,7 @@ class Part:
     @property
     def volume(self) -> float:
         """Volume of the solid [m^3], to about 1e-12 relative on planes and cones."""
-        # Without a tolerance the kernel's fixed quadrature is right to nine digits only where faces are curved.
+        # Without a tolerance, the kernel's fixed quadrature is accurate to only nine digits for curved faces.
         return float(self.solid.Volume(1e-9)) / MILLIMETRES_PER_METRE**3
 
     @property

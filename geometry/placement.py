@@ -1,4 +1,4 @@
-"""Placement of a body in the rig: mirrored or not at y = 0 of its own axes, and translated."""
+"""Placement of a body in the rig: mirrored or not at y = 0 of its local axes, and translated."""
 
 from dataclasses import dataclass, field
 
@@ -18,29 +18,29 @@ def _origin() -> Point:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Placement:
-    """From a body's own axes to the rig's.
+    """Transformation from the local axes of a body to the axes of the rig.
 
     Parameters
     ----------
     mirrored
-        Whether the body is mirrored at its plane y = 0, before it is moved.
+        Whether the body is mirrored at its plane y = 0 before it is moved.
     shift
-        Place of its origin, shape (3,) [m].
+        Position of its origin, shape (3,) [m].
     """
 
     mirrored: bool = False
     shift: Point = field(default_factory=_origin)
 
     def directions(self, vectors: Points) -> Points:
-        """Vectors in the rig's axes, shape (..., 3)."""
+        """Vectors transformed to the rig's axes, shape (..., 3)."""
         return vectors * np.array([1.0, -1.0, 1.0]) if self.mirrored else vectors
 
     def points(self, places: Points) -> Points:
-        """Places in the rig's axes, shape (..., 3) [m]."""
+        """Points transformed to the rig's axes, shape (..., 3) [m]."""
         return self.directions(places) + self.shift
 
     def line(self, line: ContactLine) -> ContactLine:
-        """A contact line in the rig's axes."""
+        """Contact line transformed to the rig's axes."""
         return ContactLine(
             name=line.name,
             stations=self.points(line.stations),
@@ -50,9 +50,9 @@ class Placement:
         )
 
     def part(self, part: Part, name: str) -> Part:
-        """A part in the rig's axes, under a name of its own."""
+        """Part transformed to the rig's axes, with a new name."""
         solid = self._moved(part.solid)
-        # Moved with the solid and found again by their number: faces moved by themselves would not belong to it.
+        # Faces are taken from the moved solid by number; faces moved separately would not belong to it.
         number = {face: i for i, face in enumerate(part.solid.Faces())}
         moved = solid.Faces()
         return Part(

@@ -1,4 +1,4 @@
-"""The plain blade: a uniform rectangular bar on a root block, without pads or contact."""
+"""Plain blade: a uniform rectangular bar on a root block, without pads or contact."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -12,32 +12,32 @@ from geometry.part import Part
 class PlainBlade:
     """Dimensions of the plain blade [m]. Axes as in `geometry.blade.Blade`.
 
-    The paper publishes no dimensions: these are ours, chosen so that the first frequency is 122.25 Hz and the second
-    above twice the first. It is the simplest body whose mesh study matches the published one, and the case whose
-    volumes, areas and first frequency a reader can check by hand.
+    The paper publishes no dimensions. They are chosen here so that the first frequency is 122.25 Hz and the second
+    above twice the first. It is the simplest body whose mesh study agrees with the published one, and its volumes,
+    areas and first frequency can be checked by hand.
 
     Parameters
     ----------
     length
-        From root block to tip. Searched, together with the root block, so that the mesh study of Table 1 is
-        reproduced.
+        Length from root block to tip. It was searched, together with the root block, so that the mesh study of Table 1
+        is reproduced.
     thickness
-        In the direction of vibration. With the length it sets the first frequency (proportional to
+        Thickness in the direction of vibration. With the length it determines the first frequency (proportional to
         thickness / length^2).
     chord
-        Width: four thicknesses, so that edgewise bending lies four times above the first mode.
+        Width: four thicknesses, so that edgewise bending is four times as high as the first mode.
     root_chord, root_thickness, root_height
         Dimensions of the root block, as wide as the blade. Thickness and height were searched, together with the
         length, so that the mesh study of Table 1 is reproduced; its two faces normal to y are clamped, and the
         compliance of the metal between them lowers the frequency.
     excitation_height
-        Height z of the point where the shaker's stinger pushes: near the root, where the blade moves least and the
-        shaker loads it least.
+        Height z of the point where the stinger of the shaker acts: near the root, where the blade moves least and is
+        least affected by the shaker.
 
     Raises
     ------
     GeometryError
-        One sentence with every dimension that is out of range or at odds with another, with its value and the remedy.
+        Dimensions out of range or in conflict; the message lists all with values and remedy.
 
     References
     ----------
@@ -66,7 +66,7 @@ class PlainBlade:
 
 
 def plain_blade_part(blade: PlainBlade) -> Part:
-    """The plain blade as one solid with the faces "clamp", "root_bottom" and "tip" and its named points.
+    """Build the plain blade as one solid with the faces "clamp", "root_bottom" and "tip" and its named points.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def plain_blade_part(blade: PlainBlade) -> Part:
     half_chord, half_thickness, half_root = blade.chord / 2, blade.thickness / 2, blade.root_thickness / 2
     plate = block((-half_chord, -half_thickness, 0.0), (half_chord, half_thickness, blade.length))
     root = block((-blade.root_chord / 2, -half_root, -blade.root_height), (blade.root_chord / 2, half_root, 0.0))
-    # Not simplified after the union: a block as thick as the plate would lose its clamped faces to the plate's.
+    # Not simplified after the union: the clamped faces of a block as thick as the plate would merge with the plate's.
     solid = single_solid("plain blade", plate.fuse(root))
     result = {
         "clamp": (

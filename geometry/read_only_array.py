@@ -1,4 +1,4 @@
-"""Arrays of frozen results: copies that nobody can change."""
+"""Read-only copies of arrays for frozen data classes."""
 
 from typing import Any, Literal
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 def read_only(values: Any, kind: type = np.float64, order: Literal["K", "C"] = "K") -> NDArray[Any]:
-    """Read-only copy of an array of one kind of numbers; "K" keeps the order in memory."""
+    """Read-only copy of an array, converted to a type of numbers; "K" keeps the order in memory."""
     copy: NDArray[Any] = np.array(values, dtype=kind, order=order)
     copy.setflags(write=False)
     return copy

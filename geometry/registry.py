@@ -1,14 +1,14 @@
-"""Members of one kind, found rather than listed: joint laws, elements, file formats, effects, figures.
+"""Registries that find members of one kind: joint laws, elements, file formats, effects, figures.
 
-A member is declared where it stands, in a file of its own that ends with ``REGISTRY.register(member)``. Found are
+Each member has its own file, which ends with ``REGISTRY.register(member)``. Registries find
 
-- the product's own members by walking a package: one file per member, no list by hand;
-- those of installed packages through an entry point of its group, which names a module;
-- those of a user's file through `load`, or `load_file` where it does not matter of which kinds they are.
+- the product's own members by importing all modules of a package: one file per member, without a list;
+- members of installed packages through an entry point of the group, which names a module;
+- members in a user's file through `load`, or through `load_file` for members of any kind.
 
-Nothing is imported before a member is asked for. A member that lacks a fact, or whose name is taken, is refused when it
-is registered. A plug-in that fails leaves the other members usable. A class from a user's file can be pickled: another
-process that has imported this module finds the file by the name of the class's module.
+Nothing is imported before a member is requested. A member that lacks a fact, or whose name is in use, is refused when
+it is registered. If a plug-in fails, the other members remain usable. A class from a user's file can be pickled:
+another process that has imported this module finds the file by the name of the class's module.
 """
 
 import importlib
@@ -31,26 +31,26 @@ from geometry.errors import InputWarning, RegistryError
 
 M = TypeVar("M")
 
-#: Modules of users' files are called by this and their path in hexadecimal digits.
+#: Prefix of the module names of users' files; the rest is the path in hexadecimal digits.
 PREFIX = "stickslip_outside_"
-#: What Python says of a call without all its arguments.
+#: Python's message about a call with missing arguments.
 MISSING = re.compile(r"(?P<called>\w+)(?:\.__init__)?\(\) missing \d+ required .*arguments?: (?P<names>.+)")
 QUOTED = re.compile(r"'(.+?)'")
 
-#: All registries that were made: results depend on the files of their outside members.
+#: All existing registries; results depend on the files of their outside members.
 REGISTRIES: "list[Registry[Any]]" = []
 
 
 @dataclass(frozen=True, eq=False)
 class Entry(Generic[M]):
-    """A registered member.
+    """Registered member with its position.
 
     Parameters
     ----------
     member
         Registered member.
     file, line
-        Where.
+        File and line of the registration.
     """
 
     member: M
@@ -59,12 +59,12 @@ class Entry(Generic[M]):
 
     @property
     def place(self) -> str:
-        """File and line, as messages call them."""
+        """File and line as text for messages."""
         return f"{self.file}, line {self.line}"
 
     @cached_property
     def path(self) -> Path:
-        """The file with its whole path, which takes a look at each of its folders."""
+        """Resolved path of the file; resolving accesses each of its folders."""
         return Path(self.file).resolve()
 
 
@@ -76,16 +76,16 @@ class Registry(Generic[M]):
     kind
         Name of a member in the singular: "joint law".
     package
-        Dotted name of the package whose modules hold the product's own members.
+        Dotted name of the package with the product's own members.
     group
-        Entry point group of installed packages; None for members that only the product itself can have.
+        Entry point group of installed packages; None if only the product itself can have members.
     key
-        Attribute by which members are found.
+        Attribute with the name of a member.
     facts
-        Attributes that each member must have, with what they are; `key` is always one of them. An attribute may be
-        None where that is an answer; what counts is that it was given. An abstract method was not.
+        Attributes that each member must define, with their descriptions; `key` is always one of them. None is a valid
+        value; an abstract method is not.
     check
-        Function that says what else is wrong with a member, as the end of a sentence with its remedy, or None.
+        Function that returns another problem of a member, as the end of a sentence with the remedy, or None.
     """
 
     def __init__(
@@ -107,26 +107,26 @@ class Registry(Generic[M]):
         self._failures: list[str] = []
 
     def register(self, member: M, *, depth: int = 1) -> M:
-        """Take a member in; returns it, so that it also serves as a decorator.
+        """Register a member and return it, so that this also serves as a decorator.
 
         Parameters
         ----------
         member
-            What is registered.
+            Member to register.
         depth
-            How many calls away the member is declared: messages name that line [-].
+            Number of calls between this function and the declaration, whose line messages name [-].
 
         Raises
         ------
         RegistryError
-            It lacks a fact, its name is taken, or a fact is wrong: one sentence with file, line and remedy.
+            The member lacks a fact, its name is in use, or a fact is wrong; the message has file, line and remedy.
         """
         frame = sys._getframe(depth)
         entry = Entry(member, frame.f_code.co_filename, frame.f_lineno)
         lacking = [fact for fact in self.facts if not _given(member, fact)]
         name: object = getattr(member, self.key, None)
         if not self._is_own(entry):
-            self._discover()  # names of the product's own members are taken
+            self._discover()  # names of the product's own members are reserved
         if lacking:
             called = name if isinstance(name, str) else getattr(member, "__name__", type(member).__name__)
             wanted = ", ".join(f"{fact} ({self.facts[fact]})" for fact in lacking)
@@ -150,12 +150,12 @@ class Registry(Generic[M]):
         return member
 
     def __getitem__(self, name: str) -> M:
-        """The member of a name.
+        """Member by its name.
 
         Raises
         ------
         RegistryError
-            There is none; the message lists those that there are.
+            An unknown name; the message lists the known ones.
         """
         if name not in self:
             failed = "".join(f"; {failure}" for failure in self._failures)
@@ -176,28 +176,28 @@ class Registry(Generic[M]):
         return len(self.names())
 
     def names(self) -> list[str]:
-        """Names of all members, sorted: the same in every process."""
+        """Names of all members, sorted, so that they are equal in every process."""
         self._discover()
         return sorted(self._entries)
 
     def entry(self, name: str) -> Entry[M]:
-        """A member with the place where it was registered."""
+        """Member with the position where it was registered."""
         self[name]
         return self._entries[name]
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """Installed plug-ins that could not be loaded, a sentence each."""
+        """Messages about installed plug-ins that could not be loaded, one sentence each."""
         self._discover()
         return tuple(self._failures)
 
     def load(self, path: str | Path) -> tuple[M, ...]:
-        """Members of this kind that a user's Python file registers; a file is run once per process.
+        """Load the members of this kind from a user's Python file; a file is executed once per process.
 
         Raises
         ------
         RegistryError
-            No such file, one that fails, or one that registers no member of this kind.
+            A file that is missing, fails, or registers no member of this kind.
         """
         file = load_file(path, self.kind)
         members = tuple(entry.member for entry in self._entries.values() if entry.file == str(file))
@@ -209,13 +209,13 @@ class Registry(Generic[M]):
         return members
 
     def forget(self, path: str | Path) -> None:
-        """Undo `load`: members of a user's file go, and the file is read anew when it is loaded again."""
+        """Undo `load`: remove the members of a user's file, so that the file is executed again when it is loaded."""
         file = str(Path(path).expanduser().resolve())
         self._entries = {name: entry for name, entry in self._entries.items() if entry.file != file}
         sys.modules.pop(module_name(Path(file)), None)
 
     def outside_files(self) -> list[Path]:
-        """Files of registered members that are not the product's own, sorted: stored results depend on them too."""
+        """Files of registered members from outside the product, sorted; stored results also depend on them."""
         files = {entry.path for entry in self._entries.values() if not self._is_own(entry)}
         return sorted(file for file in files if file.is_file())
 
@@ -228,7 +228,7 @@ class Registry(Generic[M]):
         return tuple(Path(folder).resolve() for folder in importlib.import_module(self.package).__path__)
 
     def _import_namesake(self, name: object) -> None:
-        """Import the file of the product that is called as a member: others need not be imported for it."""
+        """Import the product's file with the name of a member, so that no other file need be imported."""
         if isinstance(name, str) and name.isidentifier() and not self._complete:
             module = f"{self.package}.{name}"
             if importlib.util.find_spec(module) is not None:
@@ -266,23 +266,23 @@ def _all_points() -> Any:
 
 
 def load_file(path: str | Path, what: str = "registered extension") -> Path:
-    """Import a user's Python file that registers members of any kinds; a file is run once per process.
+    """Import a user's Python file that registers members of any kind; a file is executed once per process.
 
     Parameters
     ----------
     path
-        Of the file.
+        Path of the file.
     what
-        What it should register, as messages call it.
+        Name for messages of the members that it should register.
 
     Returns
     -------
-    The file with its whole path.
+    Resolved path of the file.
 
     Raises
     ------
     RegistryError
-        No such file, or one that fails: none of its members stay then.
+        A file that is missing or fails; in that case none of its members is kept.
     """
     file = Path(path).expanduser().resolve()
     if not file.is_file():
@@ -292,12 +292,12 @@ def load_file(path: str | Path, what: str = "registered extension") -> Path:
 
 
 def load_plugin(path: str | Path) -> None:
-    """`load_file` of a file that must register something.
+    """Load a file that must register at least one member, see `load_file`.
 
     Raises
     ------
     RegistryError
-        As `load_file`, or no member of any kind.
+        As in `load_file`, or a file that registers no member.
     """
     file = load_file(path)
     if not any(entry.file == str(file) for registry in REGISTRIES for entry in registry._entries.values()):
@@ -305,20 +305,20 @@ def load_plugin(path: str | Path) -> None:
 
 
 def loaded_files() -> list[Path]:
-    """Users' files that this process has loaded, sorted: processes that it starts need them too."""
+    """Users' files that this process has loaded, sorted; child processes need them too."""
     names = [name for name in sys.modules if name.startswith(PREFIX)]
     return sorted(Path(bytes.fromhex(name.removeprefix(PREFIX)).decode()) for name in names)
 
 
 def _attempt(load: Callable[[], object], origin: str) -> None:
-    """Import somebody's code; if it fails, none of its members stay, and the error is one sentence."""
+    """Import external code; if it fails, none of its members is kept, and the error is one sentence."""
     before = {registry: {*registry._entries} for registry in REGISTRIES}
     try:
         load()
     except (Exception, SystemExit) as error:
         for registry in REGISTRIES:
             stay = before.get(registry, set())
-            # The product's own members may have been found meanwhile.
+            # The product's own members may have been registered meanwhile.
             registry._entries = {
                 name: entry for name, entry in registry._entries.items() if name in stay or registry._is_own(entry)
             }
@@ -334,12 +334,12 @@ def _given(member: object, fact: str) -> bool:
 
 
 def module_name(file: Path) -> str:
-    """Name under which a user's file is imported: any process can find the file by it."""
+    """Module name of a user's file, by which any process can find the file."""
     return PREFIX + str(file).encode().hex()
 
 
 def _sentence(error: BaseException, origin: str, ours: tuple[str, ...]) -> str:
-    """Error in a plugin, with its position: the last line that is not of the product."""
+    """Message about an error in a plug-in, with its position: the last line outside the product."""
     steps = [step for step in traceback.extract_tb(error.__traceback__) if not step.filename.startswith(ours)]
     theirs = [step for step in steps if "importlib" not in step.filename]
     place = f"{theirs[-1].filename}, line {theirs[-1].lineno}" if theirs else origin
@@ -356,19 +356,19 @@ def _sentence(error: BaseException, origin: str, ours: tuple[str, ...]) -> str:
 
 
 def _lacks(called: str, names: Sequence[str]) -> str:
-    """Missing arguments of a call, with a description of those that are facts of a member."""
+    """Message about missing arguments of a call, with descriptions of those that are facts of a member."""
     facts = {fact: meaning for registry in REGISTRIES for fact, meaning in registry.facts.items()}
     wanted = ", ".join(f"{name} ({facts[name]})" if name in facts else name for name in names)
     return f"{called} lacks {wanted}: add it"
 
 
 class _FileFinder:
-    """Finds the modules of users' files by their names."""
+    """Finder of the modules of users' files by their names."""
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
-        """The file that a name stands for."""
+        """Module specification of the file whose path is in the name."""
         del path, target
         if not name.startswith(PREFIX):
             return None

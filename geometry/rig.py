@@ -1,4 +1,4 @@
-"""The rig: a blade between two dampers, each of which lies in a groove of the blade and in one of a de-coupler."""
+"""Rig: a blade between two dampers, each of which rests in a groove of the blade and in a groove of a de-coupler."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -18,9 +18,9 @@ from geometry.interface import ContactLine
 from geometry.part import Part, Point
 from geometry.placement import Placement
 
-# Two lines mate when they are nowhere further apart [m]: what rigs of this kind are ground to.
+# Largest distance between two mating lines [m], the grinding tolerance of such rigs.
 MATING = 1e-6
-#: Sides of the rig by the direction of y in which they lie, and what the blade calls its contact line there.
+#: Sign of y of each side of the rig, and name of the blade's contact line there.
 SIDES = {"left": (-1.0, "contact_negative"), "right": (1.0, "contact_positive")}
 
 
@@ -31,15 +31,16 @@ class Rig:
     Parameters
     ----------
     blade, damper, decoupler
-        Dimensions of the bodies; both sides have the same.
+        Dimensions of the bodies, equal on both sides.
     excitation_radius
-        Radius of the disc on the blade's flat face that the shaker pushes: a force sensor's foot is 10 mm wide and more
-        [m].
+        Radius of the disc on the blade's flat face on which the shaker acts; the foot of a force sensor is at least
+        10 mm wide [m].
 
     Raises
     ------
     GeometryError
-        One sentence with all that keeps the bodies from touching along their lines alone, with values and remedy.
+        Dimensions with which the bodies do not touch only along their lines; the message lists all with values and
+        remedy.
 
     References
     ----------
@@ -57,7 +58,7 @@ class Rig:
 
     @property
     def damper_axis(self) -> float:
-        """Height z of the dampers' axes: the crests of cone and groove are one line [m]."""
+        """Height z of the dampers' axes, at which the crests of cone and groove coincide [m]."""
         return self.blade.groove_axis + self.blade.groove_radius - self.damper.end_radius
 
     @property
@@ -67,23 +68,23 @@ class Rig:
 
     @property
     def damper_middle(self) -> float:
-        """|y| of the middles of the dampers [m]."""
+        """Distance |y| of the middles of the dampers [m]."""
         return self.blade.contact_start + self.damper.half_length
 
     @property
     def decoupler_face(self) -> float:
-        """|y| of the pads' faces that look towards the blade [m]."""
+        """Distance |y| of the faces of the de-couplers' pads towards the blade [m]."""
         return self.damper_middle + self.damper.half_length - self.decoupler.contact_length
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MatingPair:
-    """Two contact lines that lie on each other, station by station.
+    """Pair of contact lines that coincide station by station.
 
     Parameters
     ----------
     name
-        Side and body that the damper touches, such as "left_blade".
+        Side, and body that the damper touches, such as "left_blade".
     damper, other
         Names of the two bodies.
     damper_line, other_line
@@ -98,7 +99,7 @@ class MatingPair:
 
 
 def placements(rig: Rig) -> dict[str, Placement]:
-    """Where the five bodies stand, by name: "blade", and for each side a "damper_..." and a "decoupler_..."."""
+    """Placements of the five bodies by name: "blade", and a "damper_..." and a "decoupler_..." for each side."""
     result = {"blade": Placement()}
     for side, (sign, _) in SIDES.items():
         middle = np.array([0.0, sign * rig.damper_middle, rig.damper_axis])
@@ -109,7 +110,7 @@ def placements(rig: Rig) -> dict[str, Placement]:
 
 
 def mating_pairs(rig: Rig) -> dict[str, MatingPair]:
-    """The four pairs by name: "left_blade", "left_decoupler", "right_blade" and "right_decoupler".
+    """Four pairs of contact lines by name: "left_blade", "left_decoupler", "right_blade" and "right_decoupler".
 
     Stations are evenly spaced on each line, ends included.
     """
@@ -132,10 +133,10 @@ def mating_pairs(rig: Rig) -> dict[str, MatingPair]:
 
 
 def named_points(rig: Rig) -> dict[str, dict[str, Point]]:
-    """Points by body and name, in the rig's axes [m].
+    """Named points by body and name, in the rig's axes [m].
 
-    Besides those of the bodies the blade has "laser_left" and "laser_right": the lower edges of its pads beside the
-    dampers, on the side of +x, which the differential laser compares with the dampers' "laser_blade".
+    The blade has two additional points, "laser_left" and "laser_right": the lower edges of its pads beside the dampers,
+    on the side of +x, which the differential laser compares with the dampers' "laser_blade".
     """
     blade, place = rig.blade, placements(rig)
     result = {"blade": dict(blade_geometry.named_points(blade))}
@@ -150,7 +151,7 @@ def named_points(rig: Rig) -> dict[str, dict[str, Point]]:
 
 
 def rig_parts(rig: Rig) -> dict[str, Part]:
-    """The five bodies in CAD, in their places, by name.
+    """Build the five bodies in CAD, placed in the rig, by name.
 
     Raises
     ------
@@ -179,7 +180,7 @@ def _excitation_problems(rig: Rig) -> Iterator[str]:
 
 
 def _mating_problems(rig: Rig, name: str, body: Blade | Decoupler) -> Iterator[str]:
-    """Problems of a groove and a damper's cone, which must touch along one whole line and nowhere else."""
+    """Problems of a groove and a damper's cone, which must touch along exactly one line."""
     damper = rig.damper
     apart = abs(body.contact_length - damper.contact_length)
     if apart > MATING:

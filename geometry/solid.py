@@ -1,6 +1,6 @@
-"""CadQuery operations behind the builders: metres in, solids in millimetres out, faces found by where they lie.
+"""CadQuery operations for building solids: lengths in metres, solids in millimetres, faces selected by position.
 
-CadQuery is imported inside the functions, since that takes seconds which whoever needs no solid should not wait.
+CadQuery is imported inside the functions, because the import takes seconds and many uses need no solid.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from geometry.errors import GeometryError
 from geometry.part import MILLIMETRES_PER_METRE, FaceRegion, Point, Shape
 
-# Planes closer than this are one plane [mm]: ten times the kernel's own tolerance for coincidence, a ten-thousandth of
-# the smallest dimension that is accepted.
+# Distance below which planes and points coincide [mm]: ten times the kernel's tolerance for coincidence, and a
+# ten-thousandth of the smallest accepted dimension.
 SAME_PLACE = 1e-6
-# Direction cosines of a plane that is one of the axes' planes differ from 0 and 1 by round-off alone.
+# Tolerance for round-off of direction cosines of planes normal to an axis.
 PARALLEL = 1e-9
 
 Section = Sequence[tuple[float, float]]
-# Says of a face's centroid [m] whether the face is meant.
+# Function that returns whether a face is selected, from its centroid [m].
 Chooser = Callable[[Point], bool | np.bool_]
 
 
@@ -37,7 +37,7 @@ def prism(section: Section, height: float) -> Shape:
     import cadquery as cq
 
     corners = [cq.Vector(MILLIMETRES_PER_METRE * x, MILLIMETRES_PER_METRE * y, 0.0) for x, y in section]
-    # A bevel of no width makes two corners one; the kernel passes over the second.
+    # With a bevel of zero width two corners coincide; the kernel skips the second.
     outline = cq.Wire.makePolygon(corners, close=True)
     return cq.Solid.extrudeLinear(outline, [], cq.Vector(0.0, 0.0, MILLIMETRES_PER_METRE * height))
 
@@ -59,8 +59,8 @@ def cone_along_y(*, start: float, end: float, start_radius: float, end_radius: f
 def turned_about_y(outline: Section, axis_height: float = 0.0) -> Shape:
     """Body of revolution about the line x = 0, z = axis_height, with an outline of points (y, radius) [m].
 
-    Its seams are the generators on top (+z): a groove cut with it has an edge of the CAD model as its crest, and that
-    edge carries the contact line.
+    Its seams are the generators on top (+z): the crest of a groove cut with it is an edge of the CAD model, with the
+    contact line on it.
     """
     import cadquery as cq
 
@@ -76,12 +76,12 @@ def turned_about_y(outline: Section, axis_height: float = 0.0) -> Shape:
 
 
 def single_solid(body: str, shape: Shape) -> Shape:
-    """The one valid solid in a shape.
+    """The only valid solid in a shape.
 
     Raises
     ------
     GeometryError
-        The shape is not valid, or is several bodies or none.
+        The shape is not valid, or does not have exactly one body.
     """
     solids = shape.Solids()
     if len(solids) != 1:
@@ -96,18 +96,18 @@ def single_solid(body: str, shape: Shape) -> Shape:
 def plane_faces(
     solid: Shape, *, normal: tuple[int, int, int], offset: float, where: Chooser = lambda _: True
 ) -> tuple[Shape, ...]:
-    """Faces of a solid that lie in the plane normal . x = offset and look along the normal.
+    """Faces of a solid in the plane normal . x = offset whose outward normal is the given one.
 
     Parameters
     ----------
     solid
-        In millimetres.
+        CadQuery solid, in millimetres.
     normal
-        One of the six axis directions, out of the body.
+        Outward normal, one of the six axis directions.
     offset
         Distance of the plane from the origin along the normal [m].
     where
-        Choice among them, by the centroid [m] of each.
+        Selection among these faces by their centroids [m].
     """
     direction = np.array(normal, dtype=np.float64)
 
@@ -123,8 +123,8 @@ def plane_faces(
 
 
 def curved_faces(solid: Shape, *, where: Chooser) -> tuple[Shape, ...]:
-    """Faces of a solid that are not plane, chosen by their centroid."""
-    # Not asked for cones: with vanishing taper the kernel makes cylinders or surfaces of revolution of them.
+    """Faces of a solid that are not plane, selected by their centroids."""
+    # Not restricted to cones, because with small taper the kernel replaces them by cylinders or surfaces of revolution.
     return tuple(
         face
         for face in solid.Faces()
@@ -133,7 +133,7 @@ def curved_faces(solid: Shape, *, where: Chooser) -> tuple[Shape, ...]:
 
 
 def faces_at(solid: Shape, centre: Point) -> tuple[Shape, ...]:
-    """Faces of a solid whose centroid is a point [m]."""
+    """Faces of a solid whose centroid is at a point [m]."""
     return tuple(
         face
         for face in solid.Faces()
@@ -147,7 +147,7 @@ def face_region(name: str, faces: tuple[Shape, ...]) -> FaceRegion:
     Raises
     ------
     GeometryError
-        There is no face to name.
+        No faces.
     """
     if not faces:
         raise GeometryError(f'no face of the solid is its "{name}": choose dimensions that leave one')

@@ -1,6 +1,6 @@
-"""The skin of a solid as a mesher needs it: triangles that know their face, and projections to faces, edges, corners.
+"""Surface of a solid for a mesher: triangles with the numbers of their faces, and projections to faces, edges, corners.
 
-Lengths are metres outside and the kernel's millimetres inside.
+Arguments and results are in metres; the CAD kernel uses millimetres.
 """
 
 from collections.abc import Iterable, Sequence
@@ -15,22 +15,22 @@ from geometry.part import MILLIMETRES_PER_METRE, Point, Shape
 
 Points = Float[NDArray[np.float64], "k 3"]
 
-#: Two faces that meet at less than this angle run smoothly into each other [rad]: a mesher sees no edge there.
+#: Angle between two faces below which they are smoothly connected, without an edge for the mesher [rad].
 SMOOTH = radians(5)
-#: Greatest turn of the normal over a triangle [rad].
+#: Largest rotation of the normal over a triangle [rad].
 TURN = radians(6)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Facets:
-    """A closed surface of triangles.
+    """Closed surface of triangles.
 
     Parameters
     ----------
     points
-        Shape (n_point, 3) [m]; those on edges belong to the triangles of both sides.
+        Points, shape (n_point, 3) [m]; points on edges belong to triangles of both sides.
     triangles
-        Anticlockwise from outside, shape (n_triangle, 3) [-].
+        Corners of the triangles, anticlockwise from outside, shape (n_triangle, 3) [-].
     face
         Number of the CAD face of each triangle, shape (n_triangle,) [-].
     """
@@ -42,7 +42,7 @@ class Facets:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Edge:
-    """A sharp edge: the two faces beside it, and its curve between two parameters."""
+    """Sharp edge: the two faces beside it, and its curve between two parameters."""
 
     faces: frozenset[int]
     curve: Shape
@@ -76,7 +76,7 @@ class SolidSkin:
                 at.setdefault(vertex, set()).add(i)
         pairs = [(edge, frozenset(faces)) for edge, faces in beside.items() if len(faces) == 2]
         sharp = [self._is_sharp(edge, faces) for edge, faces in pairs]
-        #: Faces that run smoothly into each other have one number, shape (n_face,) [-].
+        #: Group number of each face; smoothly connected faces have the same number, shape (n_face,) [-].
         self.group = _groups(
             len(self.faces), [faces for (_, faces), is_sharp in zip(pairs, sharp, strict=True) if not is_sharp]
         )
@@ -85,13 +85,13 @@ class SolidSkin:
         self._groups_at_corner = [{int(self.group[i]) for i in faces} for faces in at.values()]
 
     def facets(self, deflection: float) -> Facets:
-        """Triangles that stray from the solid by at most about `deflection` [m]."""
+        """Triangles whose distance from the solid is at most about `deflection` [m]."""
         from OCP.BRep import BRep_Tool
         from OCP.BRepMesh import BRepMesh_IncrementalMesh
         from OCP.BRepTools import BRepTools
         from OCP.TopLoc import TopLoc_Location
 
-        # The kernel keeps a finer triangulation that it already has: take that away first.
+        # The kernel would keep an existing finer triangulation, so it is removed first.
         BRepTools.Clean_s(self._solid.wrapped)
         BRepMesh_IncrementalMesh(self._solid.wrapped, deflection * MILLIMETRES_PER_METRE, False, TURN, False)
         points, triangles, face, count = [], [], [], 0
@@ -108,14 +108,14 @@ class SolidSkin:
             face.append(np.full(len(corners), i))
             count += len(nodes)
         whole = np.concatenate(points)
-        # Both sides of an edge have its points, to the last bit or nearly: one of each is kept.
+        # Both faces at an edge have its points, equal up to round-off: one of each is kept.
         _, first, which = np.unique(np.round(whole, 9), axis=0, return_index=True, return_inverse=True)
         joined = which.ravel()[np.concatenate(triangles)]
         flat = (joined == np.roll(joined, 1, axis=1)).any(axis=1)
         return Facets(points=whole[first], triangles=joined[~flat], face=np.concatenate(face)[~flat])
 
     def to_face(self, face: int, points: Points) -> Points:
-        """The nearest points of the surface that carries a face."""
+        """Nearest points on the unbounded surface of a face."""
         plane = self._plane[face]
         if plane is not None:
             origin, normal = plane
@@ -131,7 +131,7 @@ class SolidSkin:
         return result
 
     def to_edge(self, groups: Iterable[int], point: Point) -> Point | None:
-        """The nearest point of the sharp edges between any two of the groups of faces; None if there is none."""
+        """Nearest point on the sharp edges between any two of the groups of faces; None if there is no such edge."""
         wanted = set(groups)
         result = [
             _on_edge(edge, point) for edge in self._edges if len({int(self.group[i]) for i in edge.faces} & wanted) == 2
@@ -139,7 +139,7 @@ class SolidSkin:
         return min(result, key=lambda place: float(np.linalg.norm(place - point)), default=None)
 
     def to_corner(self, groups: Iterable[int], point: Point) -> Point | None:
-        """The nearest corner at which all the groups of faces meet; None if there is none."""
+        """Nearest corner at which all the groups of faces meet; None if there is no such corner."""
         wanted = set(groups)
         here = [k for k, meeting in enumerate(self._groups_at_corner) if wanted <= meeting]
         if not here:

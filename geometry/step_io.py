@@ -1,4 +1,4 @@
-"""Parts to and from STEP files: millimetres, with the named faces as names of the file's faces."""
+"""Write parts to STEP files in millimetres, with names of faces, and check that STEP files are complete."""
 
 import os
 from collections.abc import Mapping
@@ -8,24 +8,24 @@ from typing import Any, TypeAlias
 from geometry.errors import InputError
 from geometry.part import Part
 
-# A CadQuery assembly; its true type would import CadQuery with this module.
+# A CadQuery assembly; the actual type would import CadQuery with this module.
 Assembly: TypeAlias = Any
 
 FIRST_WORD, LAST_WORD = b"ISO-10303-21;", b"END-ISO-10303-21;"
 
 
 def write_step(part: Part, path: Path) -> None:
-    """Write a part to a STEP file in millimetres, whole or not at all.
+    """Write a part to a STEP file in millimetres, completely or not at all.
 
-    Each named face carries its name, as do faces in CAD systems that read names of ADVANCED_FACE; points and contact
-    lines are not in the file. An existing file is replaced only when the new one is complete.
+    Each named face has its name in the file, which CAD systems read as the name of the ADVANCED_FACE; points and
+    contact lines are not in the file. An existing file is replaced only when the new one is complete.
 
     Parameters
     ----------
     part
         The part; its solid is not changed.
     path
-        The file; folders that are missing are made.
+        File to write; missing folders are created.
 
     Raises
     ------
@@ -36,16 +36,16 @@ def write_step(part: Part, path: Path) -> None:
 
 
 def write_assembly_step(name: str, parts: Mapping[str, Part], path: Path) -> None:
-    """Write several parts to one STEP file, as `write_step` does: an assembly whose components carry their names.
+    """Write several parts to one STEP file, as `write_step` does: an assembly with named components.
 
     Parameters
     ----------
     name
         Name of the assembly.
     parts
-        In their places, by the names of the components.
+        Placed parts by the names of the components.
     path
-        The file.
+        File to write.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def _write(assembly: Assembly, path: Path) -> None:
     partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # The kernel only says whether it could write; opening the file first says why not.
+        # The kernel reports only whether it could write; opening the file first gives the reason.
         partial.touch()
         if not exportAssembly(assembly, str(partial)):
             raise InputError(f"the STEP file {path} could not be written: free some disk space")
@@ -92,7 +92,7 @@ def _write(assembly: Assembly, path: Path) -> None:
 
 
 def check_complete(path: Path) -> None:
-    """Refuse what is no STEP file from beginning to end.
+    """Refuse a file that is not a complete STEP file.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def check_complete(path: Path) -> None:
         text = path.read_bytes()
     except OSError as error:
         raise InputError(f"the STEP file {path} cannot be read ({error.strerror}): check the path") from error
-    # The kernel prints its complaints to the terminal: spare the user those about files that are not whole.
+    # The kernel prints its errors to the terminal; this check avoids those about incomplete files.
     first, last = FIRST_WORD.decode(), LAST_WORD.decode()
     if not text.strip():
         raise InputError(f"{path} is empty: export or copy it again")

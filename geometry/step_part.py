@@ -1,4 +1,4 @@
-"""A user's own STEP file as a part: one sound solid, healed where that is safe, with faces chosen by the user."""
+"""Read a user's STEP file as a part: one valid solid, repaired if that is safe, with faces selected by the user."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,15 +16,15 @@ from geometry.part import Part, Shape
 from geometry.step_io import check_complete
 from geometry.trial_process import read_in_trial_process
 
-#: Gaps between faces that are closed without asking [mm]: above what CAD programs leave, below what anyone draws.
+#: Largest gap between faces that is closed automatically [mm]: above the gaps of CAD programs, below any feature.
 SEWN = 1e-2
-#: What the CAD kernel reads of a STEP file in a second on any machine [byte/s], and the memory for each byte [-].
+#: Reading speed of the CAD kernel for a STEP file on a slow machine [byte/s], and memory per byte of the file [-].
 SPEED, MEMORY = 20e3, 500
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StepBody:
-    """The solid of a file.
+    """Solid of a STEP file.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class StepBody:
     faces
         Faces of the solid with their names and colours.
     healing
-        Clauses on what was repaired; none where the file was sound.
+        Clauses about repairs; empty if the file was valid.
     """
 
     solid: Shape
@@ -46,21 +46,21 @@ def step_part(
     faces: Mapping[str, Sequence[FaceSelector]],
     points: Mapping[str, Float[NDArray[np.float64], " 3"]] | None = None,
 ) -> Part:
-    """Read a STEP file as a part called like the file.
+    """Read a STEP file as a part with the name of the file.
 
     Parameters
     ----------
     path
-        The file.
+        STEP file.
     faces
         Selectors by the name of a region.
     points
-        Named points on its surface [m].
+        Named points on the surface [m].
 
     Raises
     ------
     InputError
-        As `read_body` and `select_faces`.
+        As in `read_body` and `select_faces`.
     """
     body = read_body(path)
     regions = select_faces(str(path), body.faces, faces)
@@ -68,17 +68,17 @@ def step_part(
 
 
 def read_body(path: Path) -> StepBody:
-    """Read the one solid of a STEP file and repair it where nothing of its shape changes.
+    """Read the only solid of a STEP file, and repair it if its shape does not change.
 
-    Faces that fit each other within 0.01 mm are sewn to a solid.
+    Faces with gaps of at most 0.01 mm are sewn to a solid.
 
     Raises
     ------
     InputError
-        The file is missing, is no complete STEP file, or has no body; an open surface, with the place of a gap; several
-        solids, and whether they overlap; or a solid that stays invalid.
+        The file is missing, is not a complete STEP file, or has no body; an open surface (the message locates a gap);
+        several solids (the message names an overlap); or an invalid solid.
     """
-    import cadquery  # noqa: F401  # before the process copies itself
+    import cadquery  # noqa: F401  # imported before the process forks
 
     path = Path(path)
     check_complete(path)
@@ -120,13 +120,13 @@ def _read_body(path: Path) -> StepBody:
 
 
 def _overlap(solids: Sequence[Shape]) -> str:
-    """The clause on two that overlap, or nothing."""
+    """Clause about two solids that overlap; empty if there are none."""
     boxes = [solid.BoundingBox() for solid in solids]
     low = np.array([(box.xmin, box.ymin, box.zmin) for box in boxes])
     high = np.array([(box.xmax, box.ymax, box.zmax) for box in boxes])
     for one, other in combinations(range(len(solids)), 2):
         if (low[one] >= high[other]).any() or (low[other] >= high[one]).any():
-            continue  # to intersect them takes a thousand times as long, and assemblies have hundreds of parts
+            continue  # intersecting takes a thousand times as long, and assemblies have hundreds of parts
         shared = sum(float(solid.Volume()) for solid in solids[one].intersect(solids[other]).Solids())
         if shared > 0:
             return f", of which number {one + 1} and {other + 1} overlap by {shared:.3g} mm^3"
@@ -136,7 +136,7 @@ def _overlap(solids: Sequence[Shape]) -> str:
 def _sewn(
     path: Path, faces: Sequence[Shape], attributes: Mapping[Shape, tuple[str, str]]
 ) -> tuple[Shape, dict[Shape, tuple[str, str]]]:
-    """A solid of loose faces, with the name and colour of each."""
+    """Solid sewn from separate faces, with the name and colour of each face."""
     import cadquery as cq
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid, BRepBuilderAPI_Sewing
     from OCP.BRepLib import BRepLib
@@ -162,18 +162,18 @@ def _sewn(
     return solid, {face: changed[face] for face in solid.Faces() if face in changed}
 
 
-# Objects of the kernel's reader; their true types would import it with this module.
+# Objects of the kernel's reader; the actual types would import it with this module.
 Reader: TypeAlias = Any
 Entity: TypeAlias = Any
 
 
 def face_names(reader: Reader, faces: list[Any]) -> list[str]:
-    """Name of the ADVANCED_FACE that each face came from; empty where there is none."""
+    """Name of the ADVANCED_FACE of each face; empty if there is none."""
     return [_text(entity.Name()) if entity is not None else "" for entity in _entities(reader, faces)]
 
 
 def face_colours(reader: Reader, faces: list[Any]) -> list[str]:
-    """Colour of each face as "#RRGGBB"; empty where the file gives it none of its own."""
+    """Colour of each face as "#RRGGBB"; empty for a face without its own colour in the file."""
     from OCP.Quantity import Quantity_Color
     from OCP.STEPConstruct import STEPConstruct, STEPConstruct_Styles
 
@@ -190,7 +190,7 @@ def face_colours(reader: Reader, faces: list[Any]) -> list[str]:
                 coloured.append((shape, str(Quantity_Color.ColorToHex_s(decoded).ToCString())))
 
     def of(face: Any) -> str:
-        # Partners: the same surface and edges, wherever the assembly in the file has put them.
+        # Partners have the same surface and edges, in any placement of the assembly in the file.
         return next((colour for shape, colour in coloured if face.wrapped.IsPartner(shape)), "")
 
     return [of(face) for face in faces]
@@ -200,7 +200,7 @@ def _entities(reader: Reader, faces: list[Any]) -> list[Entity | None]:
     from OCP.StepShape import StepShape_AdvancedFace
 
     transfer = reader.WS().TransferReader()
-    # -1 asks for the entity itself, whatever stands between it and the shape.
+    # -1 requests the entity itself, independently of entities between it and the shape.
     result = [transfer.EntityFromShapeResult(face.wrapped, -1) for face in faces]
     return [entity if isinstance(entity, StepShape_AdvancedFace) else None for entity in result]
 
@@ -210,7 +210,7 @@ def _text(name: Any) -> str:
 
 
 def _surface_colours(item: Entity) -> Iterator[Entity]:
-    """STYLED_ITEM > styles > SURFACE_STYLE_USAGE > SURFACE_SIDE_STYLE > FILL_AREA_STYLE > colour (ISO 10303-46)."""
+    """Colours at STYLED_ITEM > SURFACE_STYLE_USAGE > SURFACE_SIDE_STYLE > FILL_AREA_STYLE (ISO 10303-46)."""
     for assignment in _members(item.Styles()):
         for style in _members(assignment.Styles()):
             usage = style.SurfaceStyleUsage()

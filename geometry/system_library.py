@@ -1,7 +1,7 @@
-"""Shared libraries of the system that CAD and pictures need, looked for before an import that could crash.
+"""Check for the system's shared libraries that CAD and pictures need, before an import that could crash.
 
-Without its system libraries CadQuery fails to import with a riddle, and VTK ends the whole process with a segmentation
-fault, which no exception handler sees. Libraries are therefore looked for with `ctypes`, by the standard library alone.
+Without its system libraries, the import of CadQuery fails with an unclear message, and VTK ends the process with a
+segmentation fault, which cannot be caught. The libraries are therefore checked with `ctypes` of the standard library.
 """
 
 import ctypes
@@ -14,7 +14,7 @@ from geometry.errors import MissingSoftware
 
 Purpose = Literal["cad", "pictures"]
 
-# Shared libraries that the wheels load but do not bring: of a tuple within, any one will do.
+# Shared libraries that the wheels load but do not contain; one library of each inner tuple suffices.
 SYSTEM_LIBRARIES: dict[Purpose, tuple[tuple[str, ...], ...]] = {
     "cad": (("libGL.so.1",), ("libX11.so.6",), ("libexpat.so.1",), ("libstdc++.so.6",)),
     "pictures": (("libEGL.so.1", "libOSMesa.so.8"), ("libGL.so.1",), ("libX11.so.6",), ("libXrender.so.1",)),
@@ -31,7 +31,7 @@ MEANT_FOR = {"cad": "CAD geometry (cadquery)", "pictures": "off-screen pictures 
 
 
 def require_system_libraries(*purposes: Purpose) -> None:
-    """Refuse, before an import that could crash, to go on without a system library; it takes a millisecond.
+    """Refuse to continue without a system library, before an import that could crash; it takes a millisecond.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def require_system_libraries(*purposes: Purpose) -> None:
     Raises
     ------
     MissingSoftware
-        A library is missing; the message has the line that installs what is missing.
+        A library is missing; the message contains the command that installs it.
     """
     missing = {purpose: names for purpose in purposes if (names := missing_libraries(purpose))}
     if not missing:
@@ -53,12 +53,12 @@ def require_system_libraries(*purposes: Purpose) -> None:
 
 @cache
 def missing_libraries(purpose: Purpose) -> tuple[str, ...]:
-    """Shared libraries that a purpose needs and the loader does not find."""
+    """Shared libraries for a purpose that the loader does not find."""
     return tuple(names[0] for names in SYSTEM_LIBRARIES[purpose] if not any(loads(name) for name in names))
 
 
 def apt_line(packages: Sequence[str]) -> str:
-    """Line for the shell that installs packages of Debian."""
+    """Shell command that installs Debian packages."""
     sudo = "" if os.geteuid() == 0 else "sudo "
     return f"{sudo}apt-get update && {sudo}apt-get install -y --no-install-recommends {' '.join(packages)}"
 

@@ -1,7 +1,7 @@
-"""Line of each key of a TOML document.
+"""Find the line of each key of a TOML document.
 
-`tomllib` reads the values but forgets the lines. This scans the same text once more, after `tomllib` has accepted
-it, and therefore need not check the grammar: it only has to know where keys, strings and brackets end.
+`tomllib` reads the values but does not keep the lines. This module scans the text again, after `tomllib` has accepted
+it, and therefore need not check the grammar: it only finds the ends of keys, strings and brackets.
 """
 
 import re
@@ -14,7 +14,7 @@ Path: TypeAlias = tuple[str | int, ...]
 
 _SPACE = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
-# A scalar without quotes may hold one space: between a date and its time.
+# A scalar without quotes may contain one space, between a date and its time.
 _BARE_VALUE = re.compile(r"[^\s,\]}#]+(?:[ ]\d\d:[^\s,\]}#]+)?")
 # Multi-line strings end at the last three of up to five quotes, hence the look-ahead.
 _STRING = re.compile(
@@ -36,20 +36,20 @@ def key_lines(text: str) -> dict[Path, int]:
 
     Returns
     -------
-    Lines counted from 1 by path, such as ``("excitation", 1, "force")``. A table's line is its header's; one that
-    exists only through dotted keys or deeper headers has the line of the first of them. The document itself, ``()``,
-    has line 1.
+    Lines counted from 1 by path, such as ``("excitation", 1, "force")``. The line of a table is that of its header; a
+    table without a header, from dotted keys or deeper headers, has the line of the first of these. The document itself,
+    ``()``, has line 1.
     """
     return _TomlScanner(text).lines
 
 
 def explain_syntax(message: str, text: str) -> tuple[str, int]:
-    """Error of a document that is not valid TOML.
+    """Explain the error of a document that is not valid TOML.
 
     Parameters
     ----------
     message
-        What `tomllib` says, such as "Expected ... (at line 3, column 5)".
+        Message of `tomllib`, such as "Expected ... (at line 3, column 5)".
     text
         The document.
 
@@ -73,14 +73,14 @@ def explain_syntax(message: str, text: str) -> tuple[str, int]:
 
 
 class _TomlScanner:
-    """One pass over a document, with the position reached."""
+    """Scanner of a document, which keeps the current position."""
 
     def __init__(self, text: str) -> None:
         self.text = text
         self.at = 0
         self.newlines = [match.start() for match in re.finditer("\n", text)]
         self.lines: dict[Path, int] = {(): 1}
-        # Number of elements so far of each array of tables: a later header names the last one.
+        # Number of elements so far of each array of tables; a later header refers to the last element.
         self.array_length: dict[Path, int] = {}
         self._document()
 
@@ -110,7 +110,7 @@ class _TomlScanner:
             self.array_length[path] = index + 1
             self.lines.setdefault(path, self._line(start))
             path = (*path, index)
-        # An explicit header says more than an earlier [a.b] that only implied this table.
+        # An explicit header replaces the line of an earlier [a.b] that only implied this table.
         self.lines[path] = self._line(start)
         return path
 
@@ -176,7 +176,7 @@ class _TomlScanner:
         quoted = _STRING.match(self.text, start)
         assert quoted is not None, f"no key at line {self._line(start)}: was the document checked by tomllib?"
         self.at = quoted.end()
-        # Escapes are tomllib's business.
+        # tomllib decodes escapes.
         return start, str(tomllib.loads(f"key = {quoted.group()}")["key"])
 
     def _next(self) -> str:
@@ -185,7 +185,7 @@ class _TomlScanner:
 
     def _skip(self) -> None:
         match = _SPACE.match(self.text, self.at)
-        assert match is not None  # the pattern matches nothing too
+        assert match is not None  # the pattern also matches an empty text
         self.at = match.end()
 
     def _line(self, position: int) -> int:

@@ -1,11 +1,11 @@
-"""Untrusted files that may crash or hang their reader: each is read in a trial process first.
+"""Read untrusted files, which may crash or hang their reader, in a trial process first.
 
-The CAD kernel and HDF5 trust counts and addresses in their files: a damaged file can crash the program or keep it in a
-loop. No check from outside sees that before. So the program copies itself (`fork`, some ten milliseconds), and the copy
-reads the file first, with limits of processor time and memory; what it read is discarded. If the copy survives, the
-file is read again here.
+The CAD kernel and HDF5 do not check counts and addresses in their files: a damaged file can crash the program or cause
+an endless loop, which cannot be predicted from outside. The program therefore forks (about ten milliseconds), and the
+child process reads the file first, with limits of processor time and memory, and discards the content. If the child
+survives, the file is read again in the parent.
 
-A copy that waits without working, as one may where another thread held a lock, shows nothing about the file: it is
+A child that waits without working, for example for a lock that another thread held, shows nothing about the file: it is
 ended after a while, and the file is read.
 """
 
@@ -18,11 +18,11 @@ import warnings
 from collections.abc import Callable
 from pathlib import Path
 
-#: Processor time that any file may take [s], and memory beyond what the program has [byte].
+#: Processor time [s], and memory in addition to that of the program [byte], that are allowed for any file.
 LEAST_SECONDS, LEAST_MEMORY = 2, 1 << 30
-#: A copy whose threads have all slept for so long waits for something; on a busy machine they wait to run [s].
+#: Time after which a child whose threads all sleep is waiting [s]; on a busy machine threads wait to run, not asleep.
 PATIENCE = 1.0
-#: Exit code of a copy that ran out of memory.
+#: Exit code of a child that ran out of memory.
 _NO_MEMORY = 3
 
 
@@ -32,23 +32,23 @@ def read_in_trial_process(read: Callable[[], object], file: Path, *, speed: floa
     Parameters
     ----------
     read
-        Function that reads it; what it returns or raises does not matter.
+        Function that reads the file; its result and its errors are ignored.
     file
-        The file; its size sets the limits.
+        The file; its size determines the limits.
     speed
-        Bytes that are read in a second of processor time at least [byte/s].
+        Lowest reading speed per processor time [byte/s].
     memory
-        Memory that reading may take for each byte of the file, beside `LEAST_MEMORY` [-].
+        Memory that reading may need per byte of the file, in addition to `LEAST_MEMORY` [-].
 
     Returns
     -------
-    Why the file must not be read in this process, as the end of a sentence with the file as its subject; None if it
-    may.
+    Reason why the file must not be read in this process, as the end of a sentence with the file as its subject; None if
+    it may be read.
     """
     size = file.stat().st_size
     seconds, most = LEAST_SECONDS + int(size / speed), LEAST_MEMORY + int(memory * size)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # of Python, about threads: see above
+        warnings.simplefilter("ignore", DeprecationWarning)  # of Python, about threads; see the module docstring
         child = os.fork()
     if not child:
         _read_and_end(read, seconds, most)
@@ -87,13 +87,13 @@ def _read_and_end(read: Callable[[], object], seconds: int, memory: int) -> None
     except MemoryError:
         code = _NO_MEMORY
     except BaseException:
-        pass  # reading again gives the same, with a sentence
+        pass  # reading again raises the same error with a message
     finally:
         os._exit(code)
 
 
 def _wait(child: int) -> int | None:
-    """Status of a process when it ends; None if it waits and does not work."""
+    """Exit status of a process; None if it waits without working."""
     worked, last, pause = 0, time.monotonic(), 0.0005
     while time.monotonic() < last + PATIENCE:
         ended, status = os.waitpid(child, os.WNOHANG)
@@ -108,7 +108,7 @@ def _wait(child: int) -> int | None:
 
 
 def _work(process: int) -> tuple[int, bool]:
-    """Processor time that a process has taken [tick], and whether all of its threads sleep."""
+    """Processor time that a process has used [tick], and whether all its threads sleep."""
     taken, states = 0, set()
     for thread in Path(f"/proc/{process}/task").iterdir():
         with contextlib.suppress(OSError):  # a thread that has ended

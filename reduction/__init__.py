@@ -1,1 +1,1 @@
-"""Craig-Bampton reduction: basis, reduced model, recovery, file and error estimate. Knows nothing of contact laws."""
+"""Craig-Bampton reduction: basis, reduced model, recovery, file and error estimate. Joint laws are data here."""

@@ -1,4 +1,4 @@
-"""Numbers that a caller hands in, checked where they enter; arrays are copied and read-only."""
+"""Checks of numbers and arrays from callers; arrays are copied and read-only."""
 
 from numbers import Number, Real
 from operator import index
@@ -13,17 +13,17 @@ from reduction.array_type import Matrix
 
 Entries = TypeVar("Entries", bound=np.generic)
 
-#: Relative asymmetry that still counts as round-off.
+#: Largest relative asymmetry that is accepted as round-off.
 ASYMMETRY = 1e-9
 
 
 def check_array(values: object, what: str, error: type[InputError]) -> Float[NDArray[np.float64], "..."]:
-    """An array of real numbers; complex ones pass where no imaginary part would be lost.
+    """Check and copy an array of real numbers; complex numbers without imaginary parts are accepted.
 
     Parameters
     ----------
     values
-        An array, or nested lists.
+        Array or nested lists.
     what
         Name in the message, such as "the mass".
     error
@@ -32,7 +32,7 @@ def check_array(values: object, what: str, error: type[InputError]) -> Float[NDA
     Raises
     ------
     InputError
-        Of the class `error`: a ragged list, a sparse matrix, or an entry that is no real number.
+        A ragged list, a sparse matrix, or an entry that is not a real number; the class is `error`.
     """
     given = _check_numbers(values, what, error)
     if np.iscomplexobj(given) and given.imag.any():
@@ -42,16 +42,17 @@ def check_array(values: object, what: str, error: type[InputError]) -> Float[NDA
 
 
 def check_complex_array(values: object, what: str, error: type[InputError]) -> Complex[NDArray[np.complex128], "..."]:
-    """An array of complex numbers; see `check_array`."""
+    """Check and copy an array of complex numbers; see `check_array`."""
     return make_read_only(_check_numbers(values, what, error).astype(np.complex128))
 
 
 def check_finite_array(
     values: object, what: str, error: type[InputError], shape: tuple[int, ...], meaning: str = ""
 ) -> Float[NDArray[np.float64], "..."]:
-    """An array of finite real numbers of one shape; see `check_array`. Another shape, or other entries, raise `error`.
+    """Check and copy an array of finite real numbers of a given shape; see `check_array`.
 
-    Messages say `meaning` of the shape, such as ", over all degrees of freedom".
+    Another shape or other entries raise `error`; messages explain the shape by `meaning`, such as ", over all degrees
+    of freedom".
     """
     given = check_array(values, what, error)
     if given.shape != shape:
@@ -68,13 +69,13 @@ def refuse_infinite(values: NDArray[Any], what: str, error: type[InputError]) ->
 
 
 def is_symmetric(matrix: Matrix, tolerance: float = ASYMMETRY) -> bool:
-    """Whether a matrix is symmetric up to a share of its largest entry."""
+    """Whether a matrix is symmetric up to a fraction of its largest entry."""
     skew = np.abs(matrix - matrix.T).max(initial=0.0)
-    return not skew > tolerance * np.abs(matrix).max(initial=0.0)  # NaN is refused as such elsewhere
+    return not skew > tolerance * np.abs(matrix).max(initial=0.0)  # NaN passes here and is refused elsewhere
 
 
 def refuse_asymmetric(matrix: Matrix, what: str, error: type[InputError], tolerance: float = ASYMMETRY) -> None:
-    """Refuse a matrix that is not symmetric up to a share of its largest entry."""
+    """Refuse a matrix that is not symmetric up to a fraction of its largest entry."""
     if not is_symmetric(matrix, tolerance):
         skew = np.abs(matrix - matrix.T)
         i, j = (int(element) for element in np.unravel_index(skew.argmax(), skew.shape))
@@ -87,7 +88,7 @@ def refuse_asymmetric(matrix: Matrix, what: str, error: type[InputError], tolera
 def refuse_massless(mass: Matrix, error: type[InputError]) -> None:
     """Refuse a symmetric mass that is not positive definite."""
     try:
-        np.linalg.cholesky(mass)  # which, unlike eigenvalues, does not mind units of different size
+        np.linalg.cholesky(mass)  # unlike eigenvalues, not affected by different units
     except np.linalg.LinAlgError:
         lightest = float(np.linalg.eigvalsh(mass)[0])
         raise error(
@@ -97,12 +98,12 @@ def refuse_massless(mass: Matrix, error: type[InputError]) -> None:
 
 
 def check_real_number(value: object, what: str, error: type[InputError]) -> float:
-    """A real number, of Python or of NumPy; a truth value is none.
+    """Check a real number of Python or NumPy; booleans are refused.
 
     Parameters
     ----------
     value
-        The number.
+        Number to check.
     what
         Name in the message.
     error
@@ -111,7 +112,7 @@ def check_real_number(value: object, what: str, error: type[InputError]) -> floa
     Raises
     ------
     InputError
-        Of the class `error`: anything else.
+        Any other value; the class is `error`.
     """
     plain = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(plain, bool) or not isinstance(plain, Real):
@@ -120,7 +121,7 @@ def check_real_number(value: object, what: str, error: type[InputError]) -> floa
 
 
 def check_finite_number(value: object, what: str, error: type[InputError]) -> float:
-    """A real number that is neither infinite nor NaN; see `check_real_number`."""
+    """Check a real number that is neither infinite nor NaN; see `check_real_number`."""
     number = check_real_number(value, what, error)
     if not np.isfinite(number):
         raise error(f"{what} = {number} must be a finite number")
@@ -128,12 +129,12 @@ def check_finite_number(value: object, what: str, error: type[InputError]) -> fl
 
 
 def check_whole_number(value: object, what: str, error: type[InputError]) -> int:
-    """An integer, of Python or of NumPy; neither a truth value nor 5.0 is one.
+    """Check an integer of Python or NumPy; booleans and floats such as 5.0 are refused.
 
     Parameters
     ----------
     value
-        The number.
+        Number to check.
     what
         Name in the message.
     error
@@ -142,7 +143,7 @@ def check_whole_number(value: object, what: str, error: type[InputError]) -> int
     Raises
     ------
     InputError
-        Of the class `error`: anything else.
+        Any other value; the class is `error`.
     """
     try:
         if isinstance(value, bool):
@@ -153,13 +154,13 @@ def check_whole_number(value: object, what: str, error: type[InputError]) -> int
 
 
 def freeze_arrays(item: object, *names: str, dtype: Any = np.float64) -> None:
-    """Replace fields of a frozen data class by read-only copies; `dtype` is None where each has a kind of its own."""
+    """Replace fields of a frozen data class by read-only copies; with `dtype` None each keeps its type."""
     for name in names:
         object.__setattr__(item, name, make_read_only(np.array(getattr(item, name), dtype=dtype)))
 
 
 def make_read_only(values: NDArray[Entries]) -> NDArray[Entries]:
-    """The array itself, from now on read-only."""
+    """Make an array read-only in place, and return it."""
     values.setflags(write=False)
     return values
 
@@ -169,7 +170,7 @@ def _check_numbers(values: object, what: str, error: type[InputError]) -> NDArra
         raise error(f"{what} is a sparse {type(values).__name__}: give a dense array, such as its toarray()")
     try:
         given = np.array(values)
-    except ValueError:  # NumPy's answer to a ragged list
+    except ValueError:  # raised by NumPy for a ragged list
         lengths = sorted({len(row) if hasattr(row, "__len__") else 1 for row in values})  # type: ignore[attr-defined]
         raise error(f"{what}: its rows have different lengths {lengths}, give as many numbers in each") from None
     if given.dtype.kind in "biufc":

@@ -1,4 +1,4 @@
-"""Types of arrays that many files share; docstrings give shapes and units."""
+"""Types of arrays that are used in many files; docstrings give shapes and units."""
 
 import numpy as np
 from jaxtyping import Float
@@ -9,7 +9,7 @@ Whole = NDArray[np.int64]
 Array = NDArray[np.complex128]
 Vector = Float[Real, " n"]
 Matrix = Float[Real, "n m"]
-#: Weights over the degrees of freedom of a structure.
+#: Weights of the degrees of freedom of a structure.
 Row = Float[Real, " r"]
 #: Rows, one per direction.
 Rows = Float[Real, "d r"]

@@ -1,4 +1,4 @@
-"""Several reduced bodies as one model: each keeps its own boundary and shapes, and contacts alone will join them."""
+"""Several reduced bodies as one model; each keeps its boundary and shapes, and only contacts will join them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ Scalar = TypeVar("Scalar", np.float64, np.complex128)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ReducedAssembly:
-    """Reduced bodies side by side; coordinates are those of the bodies, one after the other.
+    """Reduced bodies as one model; its coordinates are those of the bodies, one body after the other.
 
     Raises
     ------
@@ -42,31 +42,31 @@ class ReducedAssembly:
 
     @cached_property
     def mass(self) -> Matrix:
-        """Block diagonal, shape (r, r) [kg]."""
+        """Mass, block diagonal, shape (r, r) [kg]."""
         return self._together("mass")
 
     @cached_property
     def damping(self) -> Matrix:
-        """Block diagonal, shape (r, r) [N s/m]."""
+        """Damping, block diagonal, shape (r, r) [N s/m]."""
         return self._together("damping")
 
     @cached_property
     def stiffness(self) -> Matrix:
-        """Block diagonal, shape (r, r), singular where a body is held by contact alone [N/m]."""
+        """Stiffness, block diagonal, shape (r, r), singular if a body is held by contact only [N/m]."""
         return self._together("stiffness")
 
     @property
     def n_dof(self) -> int:
-        """Coordinates of all bodies r [-]."""
+        """Number r of coordinates of all bodies [-]."""
         return sum(rom.n_dof for rom in self.bodies.values())
 
     def columns(self, body: str) -> slice:
-        """Where the coordinates of a body are.
+        """Slice of the coordinates of a body.
 
         Raises
         ------
         RomError
-            No such body; the message lists those that exist.
+            An unknown body; the message lists the existing ones.
         """
         start = 0
         for name, rom in self.bodies.items():
@@ -76,30 +76,30 @@ class ReducedAssembly:
         raise RomError(f'the assembly has no body "{body}": it has {", ".join(self.bodies)}')
 
     def rows(self, body: str, name: str, direction: int | None = None) -> Int[Whole, " k"]:
-        """Rows of a boundary set of a body, as `ReducedModel.rows` gives them.
+        """Rows of a boundary set of a body in the assembly, see `ReducedModel.rows`.
 
         Raises
         ------
         RomError
-            No such body, set or direction.
+            An unknown body, set or direction.
         """
         start: int = self.columns(body).start
         return np.asarray(start + self.bodies[body].rows(name, direction))
 
     def load(self, body: str, nodal: Float[Real, "node 3"]) -> Float[Real, " r"]:
-        """Forces on the nodes of a body's mesh, as the reduced coordinates take them, shape (r,).
+        """Forces on the reduced coordinates from forces on the nodes of a body's mesh, shape (r,).
 
         Parameters
         ----------
         body
             Name of the body.
         nodal
-            Forces, shape (n_node, 3) [N].
+            Nodal forces, shape (n_node, 3) [N].
 
         Raises
         ------
         RomError
-            No such body, or forces that are not those of its mesh.
+            An unknown body, or forces of a shape that does not match its mesh.
         """
         columns = self.columns(body)
         rom = self.bodies[body]
@@ -110,12 +110,12 @@ class ReducedAssembly:
         return result
 
     def displacement(self, reduced: Float[Real, "r ..."] | Complex[Array, "r ..."]) -> dict[str, Field]:
-        """Reduced coordinates as fields on the meshes of all bodies, each of shape (n_node, 3, ...) [m].
+        """Displacements of the meshes of all bodies from reduced coordinates, each of shape (n_node, 3, ...) [m].
 
         Raises
         ------
         RomError
-            Another first axis than the assembly's r coordinates.
+            The length of the first axis is not r.
         """
         if not np.shape(reduced) or len(reduced) != self.n_dof:
             raise RomError(
@@ -125,16 +125,16 @@ class ReducedAssembly:
         return {body: rom.displacement(reduced[self.columns(body)]) for body, rom in self.bodies.items()}
 
     def on_whole_mesh(self, reduced: Num[NDArray[Scalar], "r m"]) -> Num[NDArray[Scalar], "m node 3"]:
-        """Columns of reduced coordinates as fields on the nodes of all bodies in their order, as in one mesh of them.
+        """Displacements of the joined mesh of all bodies from columns of reduced coordinates.
 
         Returns
         -------
-        Array of shape (m, n_node, 3) [m].
+        Displacements, nodes in the order of the bodies, shape (m, n_node, 3) [m].
 
         Raises
         ------
         RomError
-            Another first axis than the assembly's r coordinates.
+            The length of the first axis is not r.
         """
         fields: Any = list(self.displacement(reduced).values())
         return np.moveaxis(np.concatenate(fields), 2, 0)
@@ -148,23 +148,22 @@ def reduce_bodies(
     boundary: Mapping[str, Mapping[str, Rows]],
     n_mode: int | Mapping[str, int] = 150,
 ) -> ReducedAssembly:
-    """Craig-Bampton models of all bodies, with so many modal coordinates together.
+    """Reduce all bodies by Craig-Bampton, with a total number of modes or one for each body.
 
     Parameters
     ----------
     systems
-        Full models by body; a body that contact alone holds has no supports.
+        Full models by body; a body that is held by contact only has no supports.
     boundary
-        Rows of each body's system that are kept, by set name, as for `craig_bampton`.
+        Retained rows of the system of each body, by set name, as for `craig_bampton`.
     n_mode
-        Fixed-interface modes of all bodies together [-], chosen across the bodies by frequency, the lowest first; or
-        for each body.
+        Total number of fixed-interface modes, chosen over all bodies by frequency, the lowest first; or a number for
+        each body [-].
 
     Raises
     ------
     RomError
-        As `craig_bampton` raises it, with the name of the body; a number of modes for a body that is none, or for not
-        all of them.
+        As in `craig_bampton`, with the name of the body; or numbers of modes for an unknown body or not for all bodies.
     """
     if isinstance(n_mode, Mapping):
         if set(n_mode) != set(systems):
@@ -175,20 +174,20 @@ def reduce_bodies(
         return ReducedAssembly(
             bodies={body: _reduce_body(body, system, boundary[body], n_mode[body]) for body, system in systems.items()}
         )
-    # No body can have more than all of them.
+    # No body can have more modes than the total.
     bodies = {body: _reduce_body(body, system, boundary[body], n_mode) for body, system in systems.items()}
     return ReducedAssembly(bodies=select_lowest_modes(bodies, n_mode))
 
 
 def select_lowest_modes(bodies: Mapping[str, ReducedModel], n_mode: int) -> dict[str, ReducedModel]:
-    """The same bodies with those fixed-interface modes alone that are the lowest of all.
+    """Bodies with only those fixed-interface modes that are the lowest of all bodies.
 
     Parameters
     ----------
     bodies
-        Reduced models by name, each with as many modes as it can be left with.
+        Reduced models by name, each with enough modes.
     n_mode
-        Number of modes of all bodies together [-].
+        Total number of modes of all bodies [-].
     """
     frequency = np.concatenate([rom.fixed_interface_frequency for rom in bodies.values()])
     owner = np.repeat(np.arange(len(bodies)), [len(rom.fixed_interface_frequency) for rom in bodies.values()])
@@ -197,7 +196,7 @@ def select_lowest_modes(bodies: Mapping[str, ReducedModel], n_mode: int) -> dict
 
 
 def truncated(rom: ReducedModel, n_mode: int) -> ReducedModel:
-    """The reduced model with its lowest fixed-interface modes alone.
+    """Reduced model with only its lowest fixed-interface modes.
 
     Raises
     ------

@@ -17,27 +17,26 @@ from reduction.array_type import Matrix, Real, Vector, Whole
 from reduction.assembly import ReducedAssembly
 from reduction.errors import RomError
 
-#: Relative distance of frequencies below which modes are taken together: repeated ones, and those of symmetric parts.
+#: Relative distance of frequencies below which modes are compared as a group: repeated modes, and modes of equal parts.
 SAME_FREQUENCY = 0.01
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AssemblyError:
-    """A reduced assembly beside its bodies in full, both without damping and with the same springs between them."""
+    """Comparison of a reduced assembly with its full bodies, without damping and with the same springs between them."""
 
     frequency: Float[Real, " m"]
-    """Of the full model, shape (m,) [Hz]."""
+    """Natural frequencies of the full model, shape (m,) [Hz]."""
     frequency_error: Float[Real, " m"]
-    """(f_reduced - f_full) / f_full, shape (m,) [-]."""
+    """Relative error (f_reduced - f_full) / f_full, shape (m,) [-]."""
     mac: Float[Real, " m"]
-    """Of each recovered shape with the full one of the same number, shape (m,) [-]. Where full frequencies lie closer
-    to each other than `SAME_FREQUENCY`, any mixture of their shapes is as good: it is the squared cosine to all of
-    these."""
+    """MAC of each recovered shape and the full shape of the same number, shape (m,) [-]. For full frequencies closer to
+    each other than `SAME_FREQUENCY`, whose shapes may mix, it is the squared cosine to the space of these shapes."""
     receptance_frequency: Float[Real, " k"]
-    """Where receptances are compared, shape (k,) [Hz]."""
+    """Frequencies at which receptances are compared, shape (k,) [Hz]."""
     receptance_error: Float[Real, " k"]
-    """||H_reduced - H_full|| / ||H_full|| there, in Frobenius' norm over all coordinates that a spring joins, shape
-    (k,) [-]. At a resonance it is of no use: there it tells the distance to the pole alone."""
+    """Error ||H_reduced - H_full|| / ||H_full|| at these frequencies, in the Frobenius norm over all coordinates with
+    springs, shape (k,) [-]. It is meaningless at a resonance, where it only measures the distance to the pole."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, *vars(self))
@@ -51,28 +50,29 @@ def assembly_error(
     n_mode: int,
     receptance_frequency: Float[Real, " k"],
 ) -> AssemblyError:
-    """Solve the joined bodies in full and reduced.
+    """Compute the error of a reduced assembly by solving the joined bodies in full and reduced.
 
-    One factorisation of the full stiffness, and one of K - omega^2 M for each frequency.
+    The cost is one factorisation of the full stiffness, and one of K - omega^2 M for each frequency.
 
     Parameters
     ----------
     systems
-        The full models from which the bodies were reduced.
+        Full models from which the bodies were reduced.
     assembly
-        Their reduced models.
+        Reduced models of the bodies.
     springs
-        Between bodies and to the ground, over the coordinates of the assembly, such as `JoinedBodies.springs` [N/m].
-        With them no motion is free.
+        Stiffness of springs between bodies and to the ground, over the coordinates of the assembly, such as
+        `JoinedBodies.springs` [N/m]. With them no motion is free.
     n_mode
-        Frequencies and shapes to compare [-].
+        Number of frequencies and shapes to compare [-].
     receptance_frequency
-        Between resonances, shape (k,) [Hz].
+        Frequencies between resonances, shape (k,) [Hz].
 
     Raises
     ------
     RomError
-        A body that is missing or was not reduced from its system; springs of another shape, or on modal coordinates.
+        A body that is missing or was not reduced from its system; or springs that are zero, of another shape, or on
+        modal coordinates.
     SupportError
         The springs leave a motion free.
     """
@@ -111,7 +111,7 @@ def assembly_error(
 
 
 def _mac(shapes: Matrix, exact: Matrix, frequency: Vector) -> Vector:
-    """Squared cosine of each shape to the exact ones whose frequencies are as good as its own."""
+    """Squared cosine of each shape to the space of the exact shapes with nearly its frequency."""
     result = []
     for shape, own in zip(shapes.T, frequency, strict=True):
         basis, _ = np.linalg.qr(exact[:, np.abs(frequency - own) <= SAME_FREQUENCY * own])
@@ -120,7 +120,7 @@ def _mac(shapes: Matrix, exact: Matrix, frequency: Vector) -> Vector:
 
 
 def join_systems(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly, springs: Matrix) -> LinearSystem:
-    """The bodies in full, in the order of the assembly, with its springs between their boundary rows."""
+    """Linear system of the full bodies, in the order of the assembly, with springs between their boundary rows."""
     if springs.shape != (assembly.n_dof, assembly.n_dof):
         raise RomError(
             f"springs of shape {springs.shape} are not those of the assembly: give ({assembly.n_dof}, {assembly.n_dof})"
@@ -149,7 +149,7 @@ def join_systems(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly,
 
 
 def _find_physical_rows(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly) -> Int[Whole, " r"]:
-    """Row of the full model of each coordinate of the assembly; -1 for modal ones."""
+    """Row of the full model for each coordinate of the assembly; -1 for modal coordinates."""
     result, start = np.full(assembly.n_dof, -1), 0
     for body, rom in assembly.bodies.items():
         if body not in systems:
@@ -165,7 +165,7 @@ def _find_physical_rows(systems: Mapping[str, LinearSystem], assembly: ReducedAs
 
 
 def _compute_receptance(factor: Factor, n_dof: int, rows: Int[Whole, " b"]) -> Matrix:
-    """Displacement at some rows by unit forces there [m/N]."""
+    """Displacement of some rows under unit forces on them [m/N]."""
     force = np.zeros((n_dof, len(rows)))
     force[rows, np.arange(len(rows))] = 1.0
     return np.asarray(factor.solve(force)[rows])

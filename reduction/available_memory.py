@@ -1,28 +1,28 @@
-"""Memory that is free, as Linux says it."""
+"""Free memory, as reported by Linux."""
 
 from pathlib import Path
 
-#: Where Linux says what a control group may take and has taken, in its second and in its first version.
+#: Files with limit and usage of the memory of a control group, for versions 2 and 1.
 CGROUP = (("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"))
 
-#: Arrays smaller than this skip the memory check, which reads files [byte].
+#: Size of arrays up to which the memory check, which reads files, is skipped [byte].
 MIN_CHECKED = 2e8
 
 
 def describe_lacking_memory(needed: float) -> str:
-    """Bytes that are needed and free, as the middle of a sentence, where arrays do not fit; empty where they do."""
+    """Needed and free memory, as the middle of a sentence, if the needed memory is not free; else empty."""
     if needed <= MIN_CHECKED or needed <= (free := read_available_memory()):
         return ""
     return f"about {needed / 1e9:.3g} GB of memory, but {free / 1e9:.3g} GB are free"
 
 
 def read_available_memory(system: Path = Path("/")) -> float:
-    """Bytes that this process can take without swapping: of the machine, and of the control group it runs in.
+    """Memory that this process can use without swapping, limited by the machine and by its control group [byte].
 
     Parameters
     ----------
     system
-        Root of the files in which Linux says so; where they are not, there is no limit.
+        Root folder of the files of Linux; the result is infinite if they do not exist.
     """
     result = [float("inf")]
     meminfo = system / "proc/meminfo"

@@ -1,14 +1,14 @@
-r"""A structure on a base that is shaken: the inertia load, and the absolute motion.
+r"""Structure on a moving base: inertia load and absolute motion.
 
-With the motion r of each degree of freedom when the base moves by 1 and the structure follows rigidly, the motion of
-the structure is that of the base and a motion q relative to it,
+With the motion r of each degree of freedom for a unit motion of the base that the structure follows rigidly, the motion
+of the structure is that of the base plus a relative motion q,
 
 .. math:: u = r\, x_b + q, \qquad
           M \ddot q + C \dot q + K q + \ldots = -M r\, \ddot x_b, \qquad
           \ddot x_{b,k} = (i k \Omega)^p\, b_k
 
 with amplitudes b_k of the acceleration (p = 0), the velocity (p = 1) or the displacement (p = 2) of the base. Springs,
-dampers and contacts between structure and base see q alone.
+dampers and contacts between structure and base depend on q only.
 """
 
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ from reduction.array_type import Array, Matrix, Real, Row
 from reduction.errors import JointError
 from reduction.rom import ReducedModel
 
-#: What may be held along a curve, and the power of Omega that turns it into an acceleration.
+#: Quantity that is constant along a response curve, and power of Omega that converts it to an acceleration.
 LEVEL_POWER = {"acceleration": 0, "velocity": 1, "displacement": 2}
 
 
@@ -32,9 +32,9 @@ class BaseMotion:
     Parameters
     ----------
     motion
-        r, motion of each degree of freedom with a base that moves by 1, shape (r,) [-].
+        Motion r of each degree of freedom for a unit motion of the base, shape (r,) [-].
     inertia
-        M r, with the mass of fixed degrees of freedom where it is known, shape (r,) [kg].
+        Inertia M r, including the mass of fixed degrees of freedom if it is known, shape (r,) [kg].
     """
 
     motion: Row
@@ -45,7 +45,7 @@ class BaseMotion:
 
     @classmethod
     def of(cls, mass: Matrix, motion: Row) -> "BaseMotion":
-        """That of a structure by its mass, shape (r, r) [kg]."""
+        """Base motion of a structure from its mass, shape (r, r) [kg]."""
         n = np.shape(mass)[0]
         row = check_finite_array(
             motion, "the motion with the base", JointError, (n,), ", one number per degree of freedom"
@@ -54,16 +54,16 @@ class BaseMotion:
 
     @classmethod
     def reduced(cls, rom: ReducedModel, motion: Float[Real, " n"], inertia: Float[Real, " n"]) -> "BaseMotion":
-        """That of a reduced model.
+        """Base motion of a reduced model.
 
-        Boundary degrees of freedom have their own motion; modal coordinates have that which the inertia needs.
+        The motion of boundary degrees of freedom is given; that of modal coordinates follows from the inertia.
 
         Parameters
         ----------
         rom
             Reduced model.
         motion, inertia
-            r and M r of the rows of `rom.recovery`, shape (n,) [-, kg].
+            Motion r and inertia M r of the rows of `rom.recovery`, shape (n,) [-, kg].
         """
         place = np.searchsorted(rom.free, 3 * rom.boundary_node + rom.boundary_direction)
         b, load = rom.n_boundary, rom.recovery.T @ inertia
@@ -76,22 +76,22 @@ class BaseMotion:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BaseExcitation:
-    """A periodic motion of the base.
+    """Periodic excitation by the base.
 
     Parameters
     ----------
     base
-        How the structure follows it.
+        Rigid motion of the structure with the base.
     amplitude
-        b_k, a number for harmonic 1, or coefficients of e^{i k Omega t} of shape (n_harmonic,) whose first, the mean,
-        is zero [m/s^2, m/s or m].
+        Amplitudes b_k: a number for harmonic 1, or coefficients of e^{i k Omega t}, shape (n_harmonic,), with a zero
+        mean as first entry [m/s^2, m/s or m].
     quantity
-        "acceleration", "velocity" or "displacement".
+        Quantity of the amplitude: "acceleration", "velocity" or "displacement".
 
     Raises
     ------
     JointError
-        Another quantity, an amplitude that is not finite, or a mean.
+        Another quantity, an amplitude that is not finite, or a mean that is not zero.
     """
 
     base: BaseMotion
@@ -114,7 +114,7 @@ class BaseExcitation:
 
     @property
     def level_power(self) -> int:
-        """P: the level of `force` is times Omega^p."""
+        """Power p: the level of `force` is multiplied by Omega^p."""
         return LEVEL_POWER[self.quantity]
 
     @property
@@ -124,7 +124,7 @@ class BaseExcitation:
 
     @property
     def force(self) -> Complex[Array, "harmonic r"]:
-        """The inertia load at level 1, shape (n_harmonic, r) [N / Omega^p]."""
+        """Inertia load at level 1, shape (n_harmonic, r) [N / Omega^p]."""
         return -np.outer(self._unit, self.base.inertia)
 
     @property
@@ -142,9 +142,9 @@ class BaseExcitation:
         Parameters
         ----------
         coefficients
-            Of one state, shape (n_harmonic, r), or of the p points of a curve, shape (p, n_harmonic, r) [m].
+            Coefficients of a state, shape (n_harmonic, r), or of the p points of a curve, shape (p, n_harmonic, r) [m].
         angular_frequency, level
-            Of the state or of each point; `level` is that of the state, which contains Omega^p [rad/s, -].
+            Angular frequency and level of the state or of each point; the level includes Omega^p [rad/s, -].
         """
         result = np.array(coefficients, dtype=np.complex128)
         carried = self.acceleration

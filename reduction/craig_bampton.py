@@ -20,10 +20,10 @@ from reduction.errors import RomError
 from reduction.partition import Partition, Rows, partition, take_interior_part
 from reduction.rom import ReducedModel
 
-#: Columns that are moved before their memory is given back.
+#: Number of columns that are moved before their memory is freed.
 AT_ONCE = 16
-#: Right-hand sides solved at once: groups of as many as solvers like best, at least and at most so many groups, and not
-#: more memory than this [byte], which the solution and the solver's own arrays take again.
+#: Right-hand sides that are solved at once: size of a group, smallest and largest number of groups, and memory limit
+#: [byte]; the solution and the arrays of the solver need this memory again.
 GROUP, LEAST, MOST, MEMORY = 24, 1, 3, 1.5e8
 
 
@@ -31,7 +31,7 @@ GROUP, LEAST, MOST, MEMORY = 24, 1, 3, 1.5e8
 def craig_bampton(
     system: LinearSystem, boundary: Mapping[str, Rows], n_mode: int = 150, provenance: Mapping[str, str] | None = None
 ) -> ReducedModel:
-    r"""Keep the boundary as it is and the interior as static shapes and its lowest vibration shapes.
+    r"""Reduce a system to its boundary degrees of freedom and its lowest fixed-interface modes.
 
     .. math::
         T = \begin{bmatrix} I & 0 \\ \Psi & \Phi \end{bmatrix}, \quad
@@ -41,24 +41,24 @@ def craig_bampton(
 
     with constraint modes Psi, fixed-interface modes Phi (mass-normalised, squared frequencies Omega^2), the boundary
     columns T_b of T and the interior rows P of M T_b. Statically the model is exact at the boundary; each of its
-    frequencies lies above the full model's of the same number.
+    frequencies is at least as high as that of the full model with the same number.
 
     Parameters
     ----------
     system
-        The full model; its stiffness may be singular as long as holding the boundary holds the interior.
+        Full model; its stiffness may be singular if fixing the boundary fixes the interior.
     boundary
-        Rows of the system by set name, each of shape (k,) [-], as `LinearSystem.rows` returns them. Sets may overlap.
+        Rows of the system by set name, each of shape (k,) [-], as returned by `LinearSystem.rows`. Sets may overlap.
     n_mode
-        Fixed-interface modes to keep [-]; more than the interior has means all of them, which is the full model in
-        other coordinates. 0 is static (Guyan) condensation.
+        Number of fixed-interface modes to keep [-]; a number above that of the interior keeps all, which gives the full
+        model in other coordinates. 0 is static (Guyan) condensation.
     provenance
-        Where the model comes from; travels with it and its file.
+        Origin of the model, stored in the model and its file.
 
     Raises
     ------
     RomError
-        A boundary set that is empty, fixed or unknown; a negative n_mode; a boundary that does not hold the interior;
+        A boundary set that is empty, fixed or unknown; a negative n_mode; a boundary that does not fix the interior; or
         neither boundary nor modes.
 
     References
@@ -94,9 +94,9 @@ def craig_bampton(
 def _compute_basis(
     system: LinearSystem, rows: Partition, on_boundary: sp.csr_array, n_mode: int
 ) -> tuple[Matrix, Vector]:
-    """T on the rows of the system, and the eigenvalues of the fixed-interface modes [rad^2/s^2]."""
+    """Basis T on the rows of the system, and eigenvalues of the fixed-interface modes [rad^2/s^2]."""
     b, i, n_boundary = rows.boundary, rows.interior, len(rows.boundary)
-    # Column after column in memory, as the shapes come; pages that nothing has touched yet cost nothing.
+    # In column order, as the shapes are computed; memory pages that are not yet used cost nothing.
     recovery = np.zeros((system.n_dof, n_boundary + n_mode), order="F")
     lambda_ = np.zeros(0)
     if len(i):
@@ -121,13 +121,13 @@ def _compute_basis(
 def compute_constraint_modes(
     factor: Factor, stiffness_boundary_interior: sp.csr_array
 ) -> Iterator[tuple[slice, Float[Real, "i k"]]]:
-    r"""Interior displacement for a unit displacement of each boundary degree of freedom, no force on the interior.
+    r"""Interior displacement for a unit displacement of each boundary degree of freedom, without interior forces.
 
     .. math:: \Psi = -K_{ii}^{-1} K_{ib}
 
-    The factor is that of K_ii, the matrix K_bi = K_ib^T, shape (b, i) [N/m]. Yields some boundary degrees of freedom,
-    24 to 72 by the memory that they need, and their columns of Psi, shape (i, k) [-], until the next ones take their
-    place; with the boundary's own unit displacements all of them reproduce every rigid-body motion.
+    `factor` is the factor of K_ii, the matrix is K_bi = K_ib^T, shape (b, i) [N/m]. Yields groups of boundary degrees
+    of freedom, 24 to 72 depending on memory, and their columns of Psi, shape (i, k) [-], which are valid until the next
+    group. Together with unit displacements of the boundary, the columns reproduce every rigid-body motion.
 
     References
     ----------
@@ -146,8 +146,8 @@ def compute_constraint_modes(
 
 
 def _move(source: Matrix, target: Matrix, rows: Whole) -> None:
-    """Put columns into rows of a target, the last ones first: what has been moved is given back on the way."""
-    # Of columns side by side in memory, the last ones can be cut off.
+    """Move columns into rows of a target, the last columns first, and free their memory on the way."""
+    # If columns are contiguous in memory, the last ones can be cut off.
     n_row, n_column = source.shape
     is_cut = source.flags.f_contiguous and source.flags.owndata
     for first in reversed(range(0, n_column, AT_ONCE)):

@@ -1,18 +1,18 @@
-r"""A support that moves as one rigid piece on springs, put under a reduced body that was reduced on a fixed one.
+r"""Elastic support: a rigid support on springs, for a reduced body that was reduced on a fixed support.
 
-With the six motions s of the support and the motion q of the coordinates, of which T (q - \Phi s) is relative to it,
+With the six motions s of the support and the coordinates q, of which T (q - \Phi s) is the motion relative to it,
 
 .. math:: u = \Phi_u s + T (q - \Phi s), \qquad
           s = (\Phi^T K \Phi + \kappa)^{-1} \Phi^T K q = S q ,
 
-since without inertia the springs \kappa carry what the body asks of them. All energies are then those of q alone,
+since the springs \kappa of a support without inertia carry the force of the body. All energies then depend on q only,
 
 .. math:: \hat K = K - K \Phi S, \qquad
           \hat M = (I - \Phi S)^T M (I - \Phi S) + (I - \Phi S)^T P S + S^T P^T (I - \Phi S) + S^T J S ,
 
-with the inertia P = T^T M_u \Phi_u and J = \Phi_u^T M_u \Phi_u of a rigid motion. Statically this is exact; the
-inertia of the support in a motion of its own is left out, which matters near its frequencies with the boundary held.
-The springs are given by their compliance, so that 0 is the fixed support and nothing is singular there.
+with the inertia P = T^T M_u \Phi_u and J = \Phi_u^T M_u \Phi_u of a rigid motion. Statically this is exact. The
+inertia of an independent motion of the support is neglected, which matters near the natural frequencies of the support
+with fixed boundary. The springs are given by their compliance, so that 0 is the fixed support without a singularity.
 
 References
 ----------
@@ -43,14 +43,14 @@ class ElasticSupport:
     Parameters
     ----------
     motion
-        Motion of each coordinate with the support, zero of modal ones, shape (r, 6) [-, m].
+        Motion of each coordinate with the support, zero for modal coordinates, shape (r, 6) [-, m].
     inertia
-        P, shape (r, 6) [kg, kg m].
+        Inertia P, shape (r, 6) [kg, kg m].
     mass
-        J, shape (6, 6) [kg, kg m, kg m^2].
+        Mass J, shape (6, 6) [kg, kg m, kg m^2].
     springs
-        Stiffness of springs that are spread evenly over the support and have 1 N/m in all along each axis, shape (6, 6)
-        [N/m, N, N m].
+        Stiffness of springs that are distributed evenly over the support, with a total of 1 N/m along each axis, shape
+        (6, 6) [N/m, N, N m].
     body
         Motion of the rows of the recovery with the support, shape (n, 6) [-, m].
     """
@@ -65,19 +65,19 @@ class ElasticSupport:
         freeze_arrays(self, "motion", "inertia", "mass", "springs", "body")
 
     def support_motion(self, stiffness: Matrix, compliance: float) -> Float[Real, "6 r"]:
-        """S, the motion of the support with the coordinates, shape (6, r) [-, 1/m].
+        """Motion S of the support per coordinate, shape (6, r) [-, 1/m].
 
         Parameters
         ----------
         stiffness
-            Of the body on its fixed support, shape (r, r) [N/m].
+            Stiffness of the body on the fixed support, shape (r, r) [N/m].
         compliance
-            Of all springs along an axis together [m/N].
+            Total compliance of the springs along an axis [m/N].
 
         Raises
         ------
         RomError
-            A negative compliance, or one that is not finite.
+            A compliance that is negative or not finite.
         """
         if not (np.isfinite(compliance) and compliance >= 0):
             raise RomError(f"the compliance of a support is {compliance:g} m/N: give 0, which is fixed, or more")
@@ -85,7 +85,7 @@ class ElasticSupport:
         return np.asarray(compliance * np.linalg.solve(compliance * pull @ self.motion + self.springs, pull))
 
     def matrices(self, mass: Matrix, stiffness: Matrix, compliance: float) -> tuple[Matrix, Matrix]:
-        """Mass and stiffness on springs, of those on the fixed support, shape (r, r) [kg, N/m]."""
+        """Mass and stiffness on springs, from those on the fixed support, shape (r, r) [kg, N/m]."""
         support_motion = self.support_motion(stiffness, compliance)
         relative = np.eye(len(mass)) - self.motion @ support_motion
         carried = relative.T @ self.inertia @ support_motion
@@ -94,28 +94,28 @@ class ElasticSupport:
         return (changed + changed.T) / 2, (softer + softer.T) / 2
 
     def scaled(self, density_ratio: float, n_boundary: int) -> "ElasticSupport":
-        """That of a body of another density, its modes mass-normalised as `in_other_material` leaves them."""
+        """Support of a body of another density, with modes mass-normalised as in `in_other_material`."""
         size = np.full(len(self.inertia), density_ratio)
         size[n_boundary:] = np.sqrt(density_ratio)
         return replace(self, inertia=size[:, None] * self.inertia, mass=density_ratio * self.mass)
 
     def truncated(self, n_dof: int) -> "ElasticSupport":
-        """That of the first coordinates alone, after modes were left out."""
+        """Support for the first coordinates only, after modes were removed."""
         return replace(self, motion=self.motion[:n_dof], inertia=self.inertia[:n_dof])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ElasticBody:
-    """A body on a support whose compliance may change.
+    """Body on an elastic support whose compliance may change.
 
     Parameters
     ----------
     mass, stiffness
-        On the fixed support, shape (r, r) [kg, N/m].
+        Matrices on the fixed support, shape (r, r) [kg, N/m].
     support
         The support.
     compliance
-        Compliance of its springs along an axis together [m/N].
+        Total compliance of the springs along an axis [m/N].
     """
 
     mass: Matrix
@@ -138,7 +138,7 @@ class ElasticBody:
         Raises
         ------
         RomError
-            A fixed support, whose reaction is that of its nodes.
+            A fixed support; its reaction is that of its nodes.
         """
         if not self.compliance:
             raise RomError("a fixed support has no springs: take the reaction of its nodes")
@@ -147,18 +147,18 @@ class ElasticBody:
         return SupportReaction(stiffness=pushed, mass=np.zeros_like(pushed))
 
     def scale_mass(self, ratio: float) -> "ElasticBody":
-        """The body with all its mass times a ratio, in the same coordinates."""
+        """Body with its mass multiplied by a ratio, in the same coordinates."""
         support = replace(
             self.support, inertia=ratio * self.support.inertia, mass=ratio * np.asarray(self.support.mass)
         )
         return replace(self, mass=ratio * self.mass, support=support)
 
     def scale_stiffness(self, ratio: float) -> "ElasticBody":
-        """The body with all its stiffness times a ratio, on the same springs."""
+        """Body with its stiffness multiplied by a ratio, on the same springs."""
         return replace(self, stiffness=ratio * self.stiffness)
 
     def embed(self, n_dof: int, columns: slice) -> "ElasticBody":
-        """The same body among others, over all their coordinates; its recovery stays behind."""
+        """Body with its matrices expanded to the coordinates of several bodies, without the recovery."""
 
         def wide(matrix: Matrix, rows: int, both: bool) -> Matrix:
             result = np.zeros((n_dof, rows))
@@ -179,7 +179,7 @@ class ElasticBody:
 def find_elastic_support(
     mesh: Mesh, name: str, mass: Symmetric, rom: ReducedModel, places: Float[NDArray[np.float64], "node 3"]
 ) -> ElasticSupport:
-    """The support of a reduced body.
+    """Compute the elastic support of a reduced body.
 
     Parameters
     ----------
@@ -190,14 +190,14 @@ def find_elastic_support(
     mass
         Mass of all nodes, shape (3 n_node, 3 n_node) [kg].
     rom
-        Reduced model, its recovery on the nodes.
+        Reduced model, with recovery of the nodes.
     places
-        Where each coordinate of the mesh is, shape (n_node, 3) [m].
+        Position of each coordinate of the mesh, shape (n_node, 3) [m].
 
     Raises
     ------
     RomError
-        No such faces.
+        An unknown or empty face set.
     """
     if name not in mesh.face_sets or not len(mesh.face_sets[name]):
         raise RomError(f'the mesh has no faces "{name}", so they cannot be put on springs: name fixed faces')
@@ -222,7 +222,7 @@ def find_elastic_support(
 
 
 def put_on_springs(rom: ReducedModel, support: ElasticSupport, compliance: float) -> ReducedModel:
-    """A reduced model on springs, in the same coordinates; its recovery leaves the fixed nodes at rest.
+    """Put a reduced model on springs, in the same coordinates; its recovery shows the fixed nodes at rest.
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ def put_on_springs(rom: ReducedModel, support: ElasticSupport, compliance: float
     Raises
     ------
     RomError
-        Damping, which would have to be made again; or a compliance that is negative or not finite.
+        A model with damping, which would have to be computed again; or a compliance that is negative or not finite.
     """
     if rom.damping.any():
         raise RomError("a body must be put on springs before damping is added: remove the damping")

@@ -1,19 +1,19 @@
-"""Errors of reduced models; the whole tree is drawn in `geometry.errors`."""
+"""Errors of reduced models; `geometry.errors` shows the whole tree of errors."""
 
 from geometry.errors import InputError
 
 
 class RomError(InputError):
-    """A boundary, a reduced model or its file that cannot be used."""
+    """Error for a boundary, a reduced model or its file that cannot be used."""
 
 
 class JointError(InputError):
-    """A joint or a load that describes no structure."""
+    """Error for an invalid joint, structure or load."""
 
 
 class MatrixError(InputError):
-    """A file of mass, damping and stiffness that describes no structure."""
+    """Error for an invalid file of mass, damping and stiffness."""
 
 
 class ExchangeError(InputError):
-    """A structure that another program cannot take, or a file of one that cannot be read."""
+    """Error for a structure that cannot be exported to another program, or a file that cannot be read or written."""

@@ -1,8 +1,8 @@
-"""Reduced bodies joined along contact lines: from an assembly to the system that the solver takes.
+"""Join reduced bodies along contact lines: from an assembly to the system for the solver.
 
 Three steps: `join_bodies` puts contact elements between the bodies, `JoinedBodies.static_state` computes the contact
-forces under the dead weights, and `make_jointed_system` gives the system about that static state, with its damping and
-a harmonic force.
+forces under the dead weights, and `make_jointed_system` makes the system about this static state, with damping and a
+harmonic force.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,28 +29,28 @@ from reduction.rom import ReducedModel
 from reduction.static_contact import StaticState, static_state
 from reduction.stuck import stuck_damping, stuck_stiffness
 
-#: An eigenvalue of a stiffness scaled to ones on its diagonal, over the largest, that counts as zero: round-off.
+#: Eigenvalue of a stiffness scaled to a diagonal of ones, relative to the largest, below which it is zero.
 RIGID = 1e-10
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LinePair:
-    """Two lines that lie on each other, and what happens between them."""
+    """Pair of coincident contact lines of two bodies, with the parameters of the contact."""
 
     name: str
-    """Of the pair."""
+    """Name of the pair."""
     body: str
     other: str
-    """The two bodies."""
+    """Names of the two bodies."""
     line: ContactLine
-    """That of the first body: its normals point into the second one."""
+    """Line of the first body; its normals point into the second body."""
     line_set: str
     other_set: str
-    """Boundary sets of the stations' nodes, in the same order."""
+    """Boundary sets of the stations' nodes on each body, in the same order."""
     stiffness: LineStiffness
-    """Of the line."""
+    """Contact stiffness of the line."""
     friction_coefficient: float
-    """mu [-]."""
+    """Friction coefficient mu [-]."""
     gaps: Sequence[float] | None = None
     """Initial gap at each station [m]; none by default."""
 
@@ -61,13 +61,13 @@ class JoinedBodies:
 
     mass: Matrix
     bodies: Matrix
-    """Of the bodies alone, shape (r, r) [kg, N/m]."""
+    """Mass and stiffness of the bodies without contacts, shape (r, r) [kg, N/m]."""
     stiffness: Matrix
-    """Of the bodies with the springs of tangents that do not slide, shape (r, r) [N/m]."""
+    """Stiffness of the bodies with the springs of tangents that do not slide, shape (r, r) [N/m]."""
     contacts: tuple[FrictionContact, ...]
-    """Elements of all lines."""
+    """Contact elements of all lines."""
     lines: Mapping[str, tuple[str, ...]]
-    """Names of the elements by line."""
+    """Names of the contact elements by line."""
     springs: Matrix
     """Stiffness of all contacts closed and stuck, shape (r, r) [N/m]."""
 
@@ -92,7 +92,7 @@ class JoinedBodies:
         Raises
         ------
         JointError
-            A body leaves its groove under this load, or finds no rest.
+            A body leaves its groove under this load, or has no equilibrium.
         """
         return static_state(self.stiffness, self.contacts, load, self.lines)
 
@@ -103,24 +103,24 @@ def join_bodies(
     *,
     tangents: Tangents = Tangents.ALONG,
 ) -> JoinedBodies:
-    """Put contact elements between bodies, which have no damping of their own yet: `make_jointed_system` gives it.
+    """Put contact elements between bodies without damping; `make_jointed_system` adds the damping.
 
     Parameters
     ----------
     assembly
-        The bodies.
+        Reduced bodies.
     pairs
-        Lines that touch.
+        Pairs of lines in contact.
     tangents
-        In which tangents all of them slide.
+        Tangents in which all lines slide.
 
     Raises
     ------
     RomError
-        A body or a boundary set that the assembly does not have.
+        An unknown body or boundary set.
     JointError
-        Gaps or nodes that are not one per station, two pairs of one name, bodies that have damping, or some that touch
-        each other alone and have no support.
+        Gaps or nodes that are not one per station, two pairs of the same name, bodies with damping, or a group of
+        touching bodies without a support.
     """
     if assembly.damping.any():
         raise JointError("the bodies already have damping, which would be lost: reduce them without damping")
@@ -155,7 +155,7 @@ def join_bodies(
 
 
 def _refuse_unsupported(assembly: ReducedAssembly, pairs: Sequence[LinePair]) -> None:
-    """Refuse bodies in contact of which none has a support: they have a rigid-body motion together."""
+    """Refuse a group of touching bodies without a support, which has a common rigid-body motion."""
     groups = [{body} for body in assembly.bodies]
     for pair in pairs:
         touching = [group for group in groups if group & {pair.body, pair.other}]
@@ -171,7 +171,7 @@ def _refuse_unsupported(assembly: ReducedAssembly, pairs: Sequence[LinePair]) ->
 
 
 def _is_supported(rom: ReducedModel) -> bool:
-    """Whether a body resists any of its six rigid motions, which leave as many zeros in its stiffness."""
+    """Whether the stiffness of a body has fewer than six zero eigenvalues, those of its rigid motions."""
     stiffness = rom.stiffness[: rom.n_boundary, : rom.n_boundary]
     scale = np.sqrt(np.diag(stiffness).clip(min=np.finfo(float).tiny))
     size = np.linalg.eigvalsh(stiffness / np.outer(scale, scale))
@@ -179,7 +179,7 @@ def _is_supported(rom: ReducedModel) -> bool:
 
 
 def _find_rows(assembly: ReducedAssembly, pair: LinePair, body: str, name: str) -> Int[Whole, "station 3"]:
-    """Coordinates along x, y and z of each station's node."""
+    """Coordinates in x, y and z of the node of each station."""
     result = assembly.rows(body, name)
     if len(result) != 3 * pair.line.n_station:
         raise JointError(
@@ -192,18 +192,18 @@ def _find_rows(assembly: ReducedAssembly, pair: LinePair, body: str, name: str) 
 def make_jointed_system(
     bodies: JoinedBodies, rest: StaticState, damping_ratio: float, harmonic_force: Complex[Array, "harmonic r"]
 ) -> JointedSystem:
-    """The system about its rest.
+    """Make the system about its static equilibrium.
 
     Parameters
     ----------
     bodies
         Bodies and contacts.
     rest
-        State at rest under the dead weights, from where motion is reckoned.
+        Equilibrium under the dead weights, from which motion is measured.
     damping_ratio
-        Ratio on the first mode with all contacts closed and stuck that the force drives [-], see
-        `reduction.stuck.stuck_damping`; what is proportional to stiffness is so to that of the bodies and of tangents
-        that do not slide, so that modes without contacts stay uncoupled.
+        Damping ratio of the first mode with all contacts closed and stuck that the force excites [-], see
+        `reduction.stuck.stuck_damping`. The stiffness-proportional part uses the stiffness of the bodies and of
+        tangents that do not slide, so that modes without contacts remain uncoupled.
     harmonic_force
         Force at level 1, shape (n_harmonic, r) [N].
     """

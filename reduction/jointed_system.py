@@ -1,16 +1,16 @@
-r"""What a structure with joints is: matrices, joints and loads as data alone.
+r"""Structure with joints as data: matrices, joints and loads.
 
-The force of a joint is written twice on purpose, in `hbsolve` and in `transient`: each checks the other.
+The force of a joint is implemented twice on purpose, in `hbsolve` and in `transient`, to check each other.
 
-A joint acts along directions, rows b over the structure's degrees of freedom: its relative displacement is u = b . q,
-and the force f of the joint enters the equation of motion as
+A joint acts along directions, rows b over the degrees of freedom of the structure: its relative displacement is
+u = b . q, and the force f of the joint enters the equation of motion as
 
 .. math:: M \ddot q + C \dot q + K q + \sum b^T f(u, \dot u) = f_\mathrm{static}
           + \Re \sum_{k \ge 1} f_k\, e^{i k \Omega t}
 
 so that a positive force resists a positive displacement. A complex stiffness K + i H adds structural damping, the force
-i H q_k of each harmonic k >= 1 of the motion. `along` and `between` make the rows; any linear combination
-of degrees of freedom, such as a station between the nodes of a mesh, is a row as well.
+i H q_k for each harmonic k >= 1 of the motion. `along` and `between` make rows; a row can be any linear combination of
+degrees of freedom, such as a station between the nodes of a mesh.
 """
 
 from collections.abc import Mapping, Sequence
@@ -84,40 +84,40 @@ __all__ = [
     "modal_damping",
 ]
 
-#: Dense matrices of one size that a system and its decomposition take together [-].
+#: Number of dense matrices of the same size in a system and its decomposition [-].
 DENSE_COPIES = 12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JointedSystem:
-    """A linear structure, the joints that make it nonlinear, and its loads; arrays are copied and read-only.
+    """Linear structure with nonlinear joints and loads; arrays are copied and read-only.
 
     Parameters
     ----------
     mass, damping, stiffness
-        Of the structure without its joints, shape (r, r) [kg, N s/m, N/m], dense or SciPy's sparse ones, which become
-        dense; stiffness may be singular where joints alone hold a body. The imaginary part of a complex stiffness, such
-        as (1 + 0.01j) K for a loss factor of 1 %, is structural damping.
+        Matrices of the structure without its joints, shape (r, r) [kg, N s/m, N/m], dense, or SciPy's sparse matrices,
+        which are converted to dense ones; the stiffness may be singular if only joints hold a body. The imaginary part
+        of a complex stiffness, such as (1 + 0.01j) K for a loss factor of 1 %, is structural damping.
     joints
-        In the order in which results list them; no two of one name.
+        Joints with different names, in the order of results.
     static_load
-        Shape (r,) [N]; none by default.
+        Static load, shape (r,) [N]; none by default.
     harmonic_force
         Coefficients f_k of e^{i k Omega t} in the sum above, row k for harmonic k, shape (n_harmonic, r) [N]; row 0 is
-        zero, since a constant force is `static_load`. None by default.
+        zero, because a constant force is a `static_load`. None by default.
     basis
-        Mode shapes of a structure that differs from this one in few directions, shape (r, r): a short cut for
-        damping that couples the modes. None by default.
+        Mode shapes of a structure that differs from this one in few directions, shape (r, r); they speed up the
+        solution for damping that couples the modes. None by default.
     structural_damping
-        H, the imaginary part of a complex stiffness, shape (r, r) [N/m]; none by default. It has no force in time: the
-        periodic response knows it, integration and stability refuse it.
+        Imaginary part H of a complex stiffness, shape (r, r) [N/m]; none by default. It has no force in the time
+        domain: periodic responses include it, integration and stability refuse it.
 
     Raises
     ------
     JointError
-        Shapes that do not fit, entries that are no real numbers, sparse matrices whose dense ones do not fit into the
-        memory that is free, structural damping given twice, loads that are not finite, a force in row 0, or two joints
-        of one name.
+        Shapes that do not match, entries that are not real numbers, sparse matrices whose dense form exceeds the free
+        memory, structural damping given twice, loads that are not finite, a force in row 0, or two joints of the same
+        name.
     """
 
     mass: Matrix
@@ -171,7 +171,7 @@ class JointedSystem:
             names.add(joint.name)
 
     def _split_stiffness(self) -> None:
-        """The imaginary part of a complex stiffness becomes structural damping."""
+        """Move the imaginary part of a complex stiffness to the structural damping."""
         stiffness = _make_dense(self.stiffness, "stiffness")
         object.__setattr__(self, "stiffness", stiffness)
         given = np.asarray(stiffness) if np.iscomplexobj(stiffness) else None
@@ -192,13 +192,13 @@ class JointedSystem:
 
     @property
     def static(self) -> Row:
-        """`static_load`, zeros if none was given, shape (r,) [N]."""
+        """Static load, zeros if none was given, shape (r,) [N]."""
         assert self.static_load is not None
         return self.static_load
 
     @property
     def dynamic(self) -> Complex[Array, "harmonic r"]:
-        """`harmonic_force`, zeros if none was given, shape (n_harmonic, r) [N]."""
+        """Harmonic force, zeros if none was given, shape (n_harmonic, r) [N]."""
         assert self.harmonic_force is not None
         return self.harmonic_force
 
@@ -209,14 +209,14 @@ def along(n_dof: int, weights: Mapping[int, float]) -> Row:
     Parameters
     ----------
     n_dof
-        Degrees of freedom of the structure, r [-].
+        Number of degrees of freedom of the structure, r [-].
     weights
         Weight of each degree of freedom, counted from 0 [-].
 
     Raises
     ------
     JointError
-        A degree of freedom that the structure does not have, or a weight that is no finite number.
+        A degree of freedom that does not exist, or a weight that is not a finite number.
     """
     count = check_whole_number(n_dof, "n_dof", JointError)
     if count < 1:
@@ -233,12 +233,12 @@ def along(n_dof: int, weights: Mapping[int, float]) -> Row:
 
 
 def between(n_dof: int, dof: int, other: int | None = None) -> Row:
-    """Row of the displacement of a degree of freedom relative to another one, or to the ground.
+    """Row of the displacement of a degree of freedom relative to another, or to the ground.
 
     Raises
     ------
     JointError
-        A degree of freedom that the structure does not have, or twice the same.
+        A degree of freedom that does not exist, or two equal degrees of freedom.
     """
     if dof == other:
         raise JointError(f"degree of freedom {dof} does not move relative to itself: give two different ones")
@@ -251,7 +251,7 @@ def modal_damping(system: JointedSystem, shapes: Matrix, angular_frequency: Vect
     Parameters
     ----------
     system
-        Whose damping counts.
+        System with the damping.
     shapes, angular_frequency
         Modes, shapes (r, m) and (m,) [kg^-1/2, rad/s]; a rigid-body motion has no structural damping.
     """
@@ -267,7 +267,7 @@ def _spell(name: str) -> str:
 
 
 def _make_dense(given: Any, name: str) -> Any:
-    """A sparse matrix as a dense array; anything else as it is."""
+    """Convert a sparse matrix to a dense array; other values are returned unchanged."""
     if not hasattr(given, "toarray"):
         return given
     needed = DENSE_COPIES * np.dtype(np.float64).itemsize * float(np.prod(given.shape))

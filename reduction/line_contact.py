@@ -1,4 +1,4 @@
-"""The contact elements of two lines that lie on each other, station by station."""
+"""Contact elements of two coincident lines, one per station."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,27 +17,27 @@ Directions = Float[Real, "station 3 r"]
 
 
 class Tangents(Enum):
-    """In which tangents a contact slides."""
+    """Tangents in which a contact slides."""
 
     ALONG = "along"
-    """Along the line, the plane of vibration; the second tangent is sprung by k_t."""
+    """Along the line, in the plane of vibration; the second tangent has a spring k_t."""
     BOTH = "both"
-    """In both."""
+    """Both tangents."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LineStiffness:
-    """Of one contact line, shared among its stations by the length that each stands for.
+    """Contact stiffness of a line, distributed over its stations by their tributary lengths.
 
     Raises
     ------
     JointError
-        One that is not positive.
+        A stiffness that is not positive.
     """
 
     normal: float
     tangential: float
-    """k_n and k_t of the whole line [N/m]."""
+    """Stiffnesses k_n and k_t of the whole line [N/m]."""
 
     def __post_init__(self) -> None:
         for name, value in (("normal", self.normal), ("tangential", self.tangential)):
@@ -55,14 +55,14 @@ def make_contact_directions(
     n_dof
         Number of coordinates of the whole model, r [-].
     line
-        Line of the first body: its normals point into the second one.
+        Line of the first body; its normals point into the second body.
     rows, other_rows
-        Coordinates of x, y, z at each station, of the first body and of the second, shape (n_station, 3) [-].
+        Coordinates of x, y, z at each station of the first and of the second body, shape (n_station, 3) [-].
 
     Returns
     -------
-    For each station the rows of the approach along the normal, and of the first body's motion against the second along
-    the two tangents, shape (n_station, 3, r) [-].
+    Rows of each station for the approach along the normal, and for the motion of the first body relative to the second
+    along the two tangents, shape (n_station, 3, r) [-].
     """
     result = np.zeros((line.n_station, 3, n_dof))
     frames = np.concatenate([line.normal[:, None, :], line.tangents], axis=1)
@@ -73,7 +73,7 @@ def make_contact_directions(
 
 
 def compute_station_stiffness(line: ContactLine, stiffness: LineStiffness) -> Float[Real, "station 2"]:
-    """k_n and k_t of each station: their shares of the line's by tributary length, shape (n_station, 2) [N/m]."""
+    """Stiffnesses k_n and k_t of each station, proportional to its tributary length, shape (n_station, 2) [N/m]."""
     share = line.tributary_length / line.tributary_length.sum()
     return np.outer(share, [stiffness.normal, stiffness.tangential])
 
@@ -88,10 +88,10 @@ def make_line_contacts(
     tangents: Tangents = Tangents.ALONG,
     gaps: Sequence[float] | Float[Real, " station"] | None = None,
 ) -> list[FrictionContact]:
-    """Contact elements of a line of a pair of bodies, named "name.1" and so on along it.
+    """Contact elements of a line of a pair of bodies, named "name.1" and so on along the line.
 
-    With `Tangents.ALONG` the second tangent does not slide: `make_fixed_tangent_stiffness` adds its springs. Two
-    tangents that slide share the limit of Coulomb's law.
+    With `Tangents.ALONG` the second tangent does not slide; `make_fixed_tangent_stiffness` gives its springs. Two
+    sliding tangents are coupled by Coulomb's law.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def make_line_contacts(
     stiffness
         Stiffness of the line.
     friction_coefficient
-        mu [-].
+        Friction coefficient mu [-].
     tangents
         Tangents in which the stations slide.
     gaps
@@ -142,7 +142,7 @@ def make_line_contacts(
 def make_fixed_tangent_stiffness(
     line: ContactLine, directions: Directions, stiffness: LineStiffness
 ) -> Float[Real, "r r"]:
-    """Springs k_t of the second tangent, which `Tangents.ALONG` holds, shape (r, r) [N/m]."""
+    """Stiffness of the springs k_t of the second tangent for `Tangents.ALONG`, shape (r, r) [N/m]."""
     k_t = compute_station_stiffness(line, stiffness)[:, 1]
     across = directions[:, 2]
     return np.asarray(across.T @ (k_t[:, None] * across))

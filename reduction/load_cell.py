@@ -1,18 +1,18 @@
-r"""Contact forces as the rig measures them: from two load cells behind each de-coupler, without any inertia.
+r"""Contact forces as measured in the rig by two load cells behind each de-coupler, without inertia.
 
-A de-coupler passes its damper's push on through two arms at +-alpha. With the taper theta of the contact line, a force
-N normal to it and T along it balance the forces R_3 and R_4 of the arms (eq. 1),
+A de-coupler transmits the force of its damper through two arms at +-alpha. With the taper theta of the contact line, a
+force N normal to it and T along it balance the forces R_3 and R_4 of the arms (eq. 1),
 
 .. math:: T \cos\theta + N \sin\theta = (R_3 + R_4) \cos\alpha, \qquad
           N \cos\theta - T \sin\theta = (R_3 - R_4) \sin\alpha ,
 
-and the damper's own balance, with the dead weight CF, gives those on the blade (eq. 2),
+and the equilibrium of the damper, with the dead weight CF, gives the forces on the blade (eq. 2),
 
 .. math:: T'' \cos\theta + N'' \sin\theta = T' \cos\theta + N' \sin\theta, \qquad
           N'' \cos\theta - T'' \sin\theta = CF + T' \sin\theta - N' \cos\theta .
 
-Both are rotations by theta. R_3 and R_4 push along their arms, towards the rig's middle where they are positive in
-the first sum; T is positive where it acts like them along the damper's axis.
+Both equations are rotations by theta. R_3 and R_4 act along their arms, and are positive towards the middle of the rig;
+T is positive if it acts in the same direction along the axis of the damper.
 
 References
 ----------
@@ -31,12 +31,12 @@ Force = NDArray[Any] | complex
 
 
 class LineReaction(NamedTuple):
-    """Of one contact line."""
+    """Forces of a contact line."""
 
     tangential: NDArray[Any]
-    """T [N]."""
+    """Tangential force T [N]."""
     normal: NDArray[Any]
-    """N [N]."""
+    """Normal force N [N]."""
 
 
 def compute_decoupler_contact(r3: Force, r4: Force, theta: float, alpha: float) -> LineReaction:
@@ -61,9 +61,9 @@ def compute_blade_contact(decoupler: LineReaction, dead_weight: Force, theta: fl
     Parameters
     ----------
     decoupler
-        T' and N' [N].
+        Forces T' and N' of the line on the de-coupler [N].
     dead_weight
-        CF, what pulls the damper up [N]; of harmonics, it belongs to the mean alone.
+        Dead weight CF, which pulls the damper up [N]; for harmonics, it acts in the mean only.
     theta
         Taper of the contact lines [rad].
     """
@@ -74,7 +74,7 @@ def compute_blade_contact(decoupler: LineReaction, dead_weight: Force, theta: fl
 
 
 def resolve_along_line(along: NDArray[Any], up: NDArray[Any], theta: float) -> LineReaction:
-    """Parts along a contact line and normal to it, of a force with parts along the damper's axis and up [N]."""
+    """Components along and normal to a contact line, of a force with components along the damper's axis and up [N]."""
     return LineReaction(
         tangential=np.asarray(along * cos(theta) - up * sin(theta)),
         normal=np.asarray(along * sin(theta) + up * cos(theta)),
@@ -93,20 +93,20 @@ def contact_jacobian(
     theta, alpha
         Taper of the contact line and angle of the arms [rad].
     dead_weight
-        CF, for a line on the blade [N]; None for one on the de-coupler.
+        Dead weight CF, for a line on the blade [N]; None for a line on the de-coupler.
 
     Returns
     -------
-    Array of shape (2, 5): T, then N [-, N/rad].
+    Derivatives of T, then of N, shape (2, 5) [-, N/rad].
     """
     sign, weight = (1.0, 0.0) if dead_weight is None else (-1.0, 1.0)
     own = compute_decoupler_contact(r3, r4, theta, alpha)
     line = own if dead_weight is None else compute_blade_contact(own, dead_weight, theta)
-    # Parts along the damper's axis and up; those of the blade are up = CF - up of the de-coupler.
+    # Components along the damper's axis and up; on the blade, up = CF - up of the de-coupler.
     along = [cos(alpha), cos(alpha), 0.0, -(r3 + r4) * sin(alpha), 0.0]
     up = [sign * sin(alpha), -sign * sin(alpha), 0.0, sign * (r3 - r4) * cos(alpha), weight]
     result = np.array(resolve_along_line(np.array(along), np.array(up), theta))
-    # The line turns, and the force does not.
+    # With theta the line rotates, but the force does not.
     result[:, 2] = [-float(line.normal), float(line.tangential)]
     return result
 
@@ -123,12 +123,12 @@ def contact_covariance(
     Parameters
     ----------
     jacobian
-        As `contact_jacobian` gives it.
+        Jacobian from `contact_jacobian`.
     cells
-        Covariance of both load cells: noise, and errors of gain that they share, shape (2, 2) [N^2].
+        Covariance of both load cells from noise and common gain errors, shape (2, 2) [N^2].
     theta, alpha, dead_weight
-        Standard deviations of the angles [rad] and of the dead weight [N]; they are errors of the set-up, and the same
-        in all readings.
+        Standard deviations of the angles [rad] and of the dead weight [N]; these are errors of the set-up, equal in all
+        readings.
     """
     whole = np.zeros((5, 5))
     whole[:2, :2] = cells

@@ -1,13 +1,14 @@
-r"""What a reduction will take of the machine's memory, before it is taken.
+r"""Estimate the memory of a reduction before it is allocated.
 
-The factor is the part that no shape of the problem tells at once. A body is a row of levels, the neighbours of
-neighbours of one end; with w degrees of freedom in a level, n in all, nested dissection leaves about
+The size of the factor does not follow directly from the size of the problem. A body is divided into levels: the
+neighbours of one end, their neighbours, and so on. With w degrees of freedom per level and n in total, nested
+dissection gives a factor of about
 
 .. math:: n_L = c \, n \, w^{3/4}
 
-entries in it (George 1973: n log n in the plane, n^(4/3) in a cube, where w = n^(2/3); the power and c are fitted to
-blades, cubes and plates of bricks and tetrahedra between 14,000 and 113,000). `benchmarks/memory_estimate.py` compares
-the estimate with measured peaks.
+entries (George 1973: n log n in the plane, n^(4/3) in a cube, where w = n^(2/3); the power and c are fitted to blades,
+cubes and plates of bricks and tetrahedra with 14,000 to 113,000 degrees of freedom). `benchmarks/memory_estimate.py`
+compares the estimate with measured peaks.
 """
 
 from typing import NamedTuple
@@ -27,51 +28,52 @@ from reduction.errors import RomError
 
 
 class _Copies(NamedTuple):
-    """Bytes of an entry of the stiffness in copies of it, and whether the allocator keeps them once they are gone."""
+    """Bytes per entry of the stiffness for its copies, and whether the allocator keeps the memory of freed copies."""
 
     entry: float
     stay: bool
 
 
-#: Measured peaks lie within this factor of the estimate, either way.
+#: Factor within which measured peaks agree with the estimate, in both directions.
 FACTOR = 1.5
-#: Entries of the factor over n w^(3/4).
+#: Constant c: entries of the factor over n w^(3/4).
 FILL = 2.6
-#: Bytes of an entry of the factor, by the name of the back end: itself, and a quarter for work arrays. SuperLU keeps
-#: both triangles with their indices.
+#: Bytes per entry of the factor, by the name of the back end: the entry, and a quarter of it for work arrays. SuperLU
+#: stores both triangles with their indices.
 FACTOR_BYTES = {"pardiso": 10.0, "cholmod": 10.0, "superlu": 20.0}
-#: Bytes of an entry of the stiffness, both triangles counted, that stand beside the system while it is factorised: half
-#: of the interior's part; of a SciPy matrix the whole, its blocks and its upper triangle; and where single directions
-#: are cut out, SciPy's matrices in any case, and the blocks that PARDISO looks for.
+#: Bytes per entry of the stiffness (both triangles counted) for copies during the factorisation: half of the interior
+#: part; for a SciPy matrix the whole matrix, its blocks and its upper triangle; if single directions are removed,
+#: SciPy's matrices in any case, and the blocks that PARDISO searches for.
 COMPACT_COPY, CSR_COPY, SINGLE_COPY = _Copies(6.0, False), _Copies(12.0, True), _Copies(25.0, True)
-#: Columns of the length of the system: work arrays of Lanczos' method beside its basis, in blocks; at the end, of a
-#: boundary degree of freedom, its constraint mode with the solver's own arrays.
+#: Columns of the length of the system: blocks of work arrays of Lanczos' method in addition to its basis; at the end,
+#: columns per boundary degree of freedom, for its constraint mode and arrays of the solver.
 WORK_BLOCKS, PER_BOUNDARY = 9.0, 2.5
-#: The same of the half that stands beside CHOLMOD's factor, in its order; copies that do not stay are gone by then.
+#: Bytes per entry of the stiffness for the reordered half matrix during CHOLMOD's factorisation; copies whose memory
+#: the allocator does not keep are freed before.
 CHOLMOD_COPY = 6.0
-#: What the solver's libraries take once, and the compiler of our own solutions and products [byte].
+#: Memory of the libraries of the solver, and of the compiler of the compiled solutions and products [byte].
 LIBRARIES, COMPILER = 5e7, 8e7
-#: Bytes of an entry of the stiffness in mass and stiffness as `fe.assembly.assemble_compact` makes them.
+#: Bytes per entry of the stiffness for mass and stiffness of `fe.assembly.assemble_compact`.
 SYSTEM_ENTRY = 5.6
-#: The same in SciPy's matrices.
+#: Bytes per entry of the stiffness for mass and stiffness as SciPy's matrices.
 CSR_SYSTEM = 16.0
 
-#: Of tetrahedra of ten nodes: degrees of freedom in the cube of their size (60 to 80 where fTetWild makes smaller cells
-#: than asked for), levels along an edge, entries in a row.
+#: Values for tetrahedra of ten nodes: degrees of freedom in a cube of their size (60 to 80 if fTetWild makes smaller
+#: cells than requested), levels along an edge, entries in a row.
 DOFS_PER_CUBE, LEVELS_PER_CELL, TET10_ROW = 40.0, 2.0, 78.0
 
 
 def estimate_reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int, *, is_compact: bool = True) -> float:
-    """Bytes that reducing a system takes beside the system itself.
+    """Memory of a reduction in addition to the system [byte].
 
     Parameters
     ----------
     matrix
         Stiffness of the system, shape (n, n).
     n_boundary, n_mode
-        Number of degrees of freedom that are retained, and of fixed-interface modes [-].
+        Numbers of retained degrees of freedom, and of fixed-interface modes [-].
     is_compact
-        Whether the retained ones are all those of some nodes, so that a half-stored matrix stays one.
+        Whether all degrees of freedom of a node are retained or none, so that one triangle of the matrix suffices.
     """
     if isinstance(matrix, UpperBlocks):
         n_entry, width, copies = matrix.nnz, NODE * _measure_level_width(matrix.graph()), COMPACT_COPY
@@ -82,7 +84,7 @@ def estimate_reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int, *
 
 
 def estimate_mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact: bool = True) -> float:
-    """Bytes that assembling and reducing a mesh take together, found without assembling it.
+    """Memory of assembly and reduction of a mesh together, estimated without assembly [byte].
 
     Parameters
     ----------
@@ -91,7 +93,7 @@ def estimate_mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact
     n_boundary, n_mode
         As in `estimate_reduction_memory` [-].
     is_compact
-        Whether what is retained are nodes of the mesh, in all directions, and no stations between them.
+        Whether only nodes of the mesh are retained, in all directions, and no stations between nodes.
     """
     ends, columns = [], []
     for cells in mesh.cells.values():
@@ -111,12 +113,12 @@ def estimate_mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact
 def estimate_tetrahedra_memory(
     volume: float, longest: float, size: float, n_boundary: int, n_mode: int, *, is_compact: bool = True
 ) -> float:
-    """Bytes that a solid in tetrahedra of ten nodes takes at least, before there is a mesh.
+    """Lower estimate of the memory for a solid in tetrahedra of ten nodes, before it is meshed [byte].
 
     Parameters
     ----------
     volume, longest
-        Volume of the solid, and the longest side of the box around it [m^3, m].
+        Volume of the solid, and longest side of the box around it [m^3, m].
     size
         Size of the cells [m].
     n_boundary, n_mode
@@ -133,14 +135,14 @@ def estimate_tetrahedra_memory(
 
 
 def refuse_beyond_memory(needed: float, what: str) -> None:
-    """Refuse what would not fit.
+    """Refuse a computation that needs more than the free memory.
 
     Parameters
     ----------
     needed
-        Memory, as the functions of this module estimate it [byte].
+        Memory estimated by the functions of this module [byte].
     what
-        Beginning of the sentence, such as "reducing 300000 degrees of freedom".
+        Beginning of the message, such as "reducing 300000 degrees of freedom".
 
     Raises
     ------
@@ -156,7 +158,7 @@ def refuse_beyond_memory(needed: float, what: str) -> None:
 
 
 def _estimate_system(n_entry: float, is_compact: bool) -> float:
-    """Bytes of mass and stiffness; those in other coordinates stand beside those of the nodes."""
+    """Memory of mass and stiffness; matrices in other coordinates are stored in addition to those of the nodes."""
     return (SYSTEM_ENTRY + (0.0 if is_compact else CSR_SYSTEM)) * n_entry
 
 
@@ -179,17 +181,17 @@ def _estimate_bytes(n_dof: float, n_entry: float, width: float, n_boundary: int,
 
 
 def _measure_level_width(graph: sp.csr_array) -> float:
-    """Mean number of rows in a level, seen from one end of the body."""
+    """Mean number of rows per level, starting from one end of the body."""
     n_row = graph.shape[0]
     last = np.zeros(1, dtype=np.int64)
-    for _ in range(2):  # the farthest row from anywhere is an end
+    for _ in range(2):  # the row farthest from any row is an end
         n_level, last, seen = _count_levels(graph, last[:1])
-    # Parts that nothing joins to the first have levels of their own.
+    # Parts that are not connected to the first have their own levels.
     return float((seen if seen > n_row / 2 else n_row) / n_level)
 
 
 def _count_levels(graph: sp.csr_array, front: Int[Whole, " k"]) -> tuple[int, Int[Whole, " k"], int]:
-    """Number of levels from a row on, the last of them, and how many rows they hold."""
+    """Number of levels starting from a row, rows of the last level, and number of rows in all levels."""
     seen = np.zeros(graph.shape[0], dtype=bool)
     n_level, last = 0, front
     while front.size:

@@ -1,12 +1,12 @@
-r"""Structures with joints as NLvib (MATLAB, Krack and Gross) takes them: a ``.mat`` file, written and read.
+r"""Write and read structures with joints for NLvib (MATLAB, Krack and Gross) as ``.mat`` files.
 
-The file holds one struct ``system``:
+The file contains one struct ``system``:
 
 ======================  ==========================================================================================
 ``M, D, K``             (n, n), full
 ``Fex1``                (n, 1) complex, f(t) = Re(Fex1 e^{i Omega t}), which is fc - i fs
 ``nonlinear_elements``  (1, N) cell of structs: ``type``, ``force_direction`` (n, 1), ``islocal`` = 1, ``ishysteretic``
-                        (1 for what remembers), ``name``, and the numbers that the law names in `nlvib`
+                        (1 for laws with state), ``name``, and the numbers that the law lists in `nlvib`
 ======================  ==========================================================================================
 
 In MATLAB or Octave, with NLvib on the path::
@@ -14,8 +14,8 @@ In MATLAB or Octave, with NLvib on the path::
     load('structure.mat')
     oscillator = MechanicalSystem(system.M, system.D, system.K, system.nonlinear_elements, system.Fex1);
 
-NLvib has no static load, no force beyond the first harmonic and no varying normal force; its ``quadraticDamper`` is
-d q^2 v, not our d abs(v) v. A structure with one of these is refused.
+NLvib has no static load, no force above the first harmonic and no varying normal force; its ``quadraticDamper`` is
+d q^2 v instead of d abs(v) v. A structure with one of these is refused.
 
 References
 ----------
@@ -42,12 +42,12 @@ def save_nlvib(system: JointedSystem, path: Path | str) -> None:
     system
         Structure, joints and the load of harmonic 1.
     path
-        A ``.mat`` file, which is replaced in one step.
+        ``.mat`` file to write; an existing file is replaced in one step.
 
     Raises
     ------
     ExchangeError
-        A joint or a load that NLvib does not have, or a file that cannot be written.
+        A joint or load that NLvib does not have, or a file that cannot be written.
     """
     from scipy.io import savemat
 
@@ -68,7 +68,7 @@ def save_nlvib(system: JointedSystem, path: Path | str) -> None:
 
 
 def refuse_structural_damping(system: JointedSystem, program: str) -> None:
-    """Refuse to hand structural damping to a program that does not have it (`ExchangeError`)."""
+    """Refuse to export structural damping to a program that does not have it (`ExchangeError`)."""
     if system.structural_damping is not None:
         raise ExchangeError(
             f"the system has structural damping (a complex stiffness), which {program} does not have: give it as "
@@ -77,16 +77,16 @@ def refuse_structural_damping(system: JointedSystem, program: str) -> None:
 
 
 def load_nlvib(path: Path | str) -> JointedSystem:
-    """Read what `save_nlvib` wrote, or a struct of the same fields from MATLAB or Octave.
+    """Read a file that `save_nlvib` wrote, or a struct with the same fields from MATLAB or Octave.
 
     Joints without a field ``name`` are called ``TYPE NUMBER``, counted from 1.
 
     Raises
     ------
     ExchangeError
-        A missing or damaged file, fields that are not there, or an element that has no joint here.
+        A missing or damaged file, missing fields, or an element without a corresponding joint.
     JointError
-        Numbers that describe no structure.
+        Numbers that are not valid for a structure.
     """
     path = Path(path)
     if not path.is_file():
@@ -164,7 +164,7 @@ def _read_joint(path: Path, number: int, element: Any) -> Joint:
     label = f'"{path}": nonlinear_elements{{{number}}}'
     if not isinstance(element, dict) or "type" not in element:
         raise ExchangeError(f"{label} is not a struct with a field type: give an element of NLvib")
-    # NLvib does not tell capitals from small letters either.
+    # NLvib does not distinguish upper and lower case either.
     known = {law.nlvib[0]: (law, law.nlvib[1]) for law in LAWS if law.nlvib is not None}
     kind = next((kind for kind in known if kind.lower() == str(element["type"]).lower()), "")
     if not kind:

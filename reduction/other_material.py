@@ -1,4 +1,4 @@
-"""A reduced body in another material of the same Poisson's ratio: its shapes stay, so nothing is reduced again."""
+"""Reduced body in another material of the same Poisson's ratio; its shapes are the same, so it is only scaled."""
 
 from dataclasses import replace
 from math import sqrt
@@ -9,18 +9,18 @@ from reduction.rom import ReducedModel
 
 
 def in_other_material(rom: ReducedModel, density_ratio: float, modulus_ratio: float) -> ReducedModel:
-    """The reduced model of a body with another density and Young's modulus; modes stay mass-normalised.
+    """Reduced model of a body with another density and Young's modulus; modes remain mass-normalised.
 
     Parameters
     ----------
     rom
-        Reduced model, with no other mass and stiffness than those of the material.
+        Reduced model whose mass and stiffness come only from the material.
     density_ratio, modulus_ratio
         New values over those of the model, positive [-].
     """
     if density_ratio == modulus_ratio == 1.0:
         return rom
-    # Mass-normalised shapes shrink by the root of the density.
+    # Mass-normalised shapes are divided by the root of the density ratio.
     size = np.ones(rom.n_dof)
     size[rom.n_boundary :] = 1 / sqrt(density_ratio)
     both = np.outer(size, size)

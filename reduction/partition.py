@@ -1,4 +1,4 @@
-"""Splitting degrees of freedom into the boundary, which is retained, and the interior, which is condensed."""
+"""Split degrees of freedom into the boundary, which is retained, and the interior, which is condensed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,20 +21,20 @@ class Partition:
     """Boundary and interior rows of a linear system."""
 
     boundary: Rows
-    """Rows of the system that are retained, in the order in which the boundary sets first name them, shape (b,) [-]."""
+    """Retained rows of the system, in the order of their first occurrence in the boundary sets, shape (b,) [-]."""
     interior: Rows
     """All other rows, ascending, shape (i,) [-]."""
     boundary_sets: Mapping[str, Rows]
-    """Places in `boundary` by set name, each of shape (k,) [-]; these are the rows of the reduced model."""
+    """Indices in `boundary` by set name, each of shape (k,) [-]; these are the rows of the reduced model."""
 
 
 def partition(system: LinearSystem, boundary: Mapping[str, Rows]) -> Partition:
-    """Split the rows of a system; a degree of freedom that several sets name is retained once and shared.
+    """Split the rows of a system; a degree of freedom in several sets is retained once.
 
     Raises
     ------
     RomError
-        A set without rows, one with a row that the supports fix (-1), or one that the system does not have.
+        A set without rows, or with a row that the supports fix (-1) or that does not exist.
     """
     for name, rows in boundary.items():
         _check(name, np.asarray(rows), system.n_dof)
@@ -51,7 +51,7 @@ def partition(system: LinearSystem, boundary: Mapping[str, Rows]) -> Partition:
 
 
 def take_interior_part(matrix: Symmetric, rows: Rows) -> Symmetric:
-    """The interior's part of a matrix: a copy only where that is small, as of a mass of the nodes."""
+    """Interior part of a matrix; it is copied only if it is small, as for a `NodeMatrix`."""
     if isinstance(matrix, NodeMatrix) and find_whole_nodes(rows) is not None:
         return part(matrix, rows)
     return PartView(matrix=matrix, rows=rows)

@@ -1,6 +1,6 @@
-"""Structures with joints as pyHarm (Python, PyPI name pyHarm-os) takes them: its input dictionary, or that as JSON.
+"""Export structures with joints to pyHarm (Python, PyPI name pyHarm-os), as input dictionary or JSON file.
 
-JSON has no arrays; where pyHarm is installed, the file is run with::
+JSON has no arrays; with pyHarm installed, the file is run with::
 
     import json
     import numpy as np
@@ -13,9 +13,10 @@ JSON has no arrays; where pyHarm is installed, the file is run with::
     study = Maestro(data)
     study.operate()
 
-The structure is one substructure, ``structure``, of one direction, its nodes the degrees of freedom. A joint of pyHarm
-acts on one degree of freedom or between two. It has friction with a varying normal force as well, but not ours: its
-limit stays mu N0 after lift-off. So a structure with such a contact is refused, and one with a quadratic damper.
+The structure is one substructure, ``structure``, with one direction; its nodes are the degrees of freedom. A joint of
+pyHarm acts on one degree of freedom or between two. Its friction law with a varying normal force differs from
+`FrictionContact`: the limit remains mu N0 after lift-off. A structure with a friction contact or a quadratic damper is
+therefore refused.
 """
 
 import json
@@ -36,23 +37,24 @@ PART = "structure"
 def make_pyharm_input(
     system: JointedSystem, first: float, last: float, *, n_harmonic: int = 6, n_sample: int = 256
 ) -> dict[str, Any]:
-    """The input of pyHarm for a frequency response: dictionaries, lists and numbers alone.
+    """Make the input of pyHarm for a frequency response, of dictionaries, lists and numbers only.
 
     Parameters
     ----------
     system
         Structure, joints and loads.
     first, last
-        Ends of the curve [rad/s].
+        Ends of the frequency range [rad/s].
     n_harmonic
-        Harmonics 0 to n_harmonic - 1 [-], at least 2.
+        Number of harmonics, 0 to n_harmonic - 1, at least 2 [-].
     n_sample
-        Samples per period [-].
+        Number of samples per period [-].
 
     Raises
     ------
     ExchangeError
-        A joint that pyHarm does not have, a load beyond the harmonics, or a range or harmonics that make no curve.
+        A joint that pyHarm does not have, a load above the highest harmonic, or an invalid range or number of
+        harmonics.
     """
     if not 0 < first < last < np.inf:
         raise ExchangeError(f"the range {first:g} to {last:g} rad/s must be positive and ascend: exchange its ends")
@@ -76,12 +78,12 @@ def make_pyharm_input(
 def save_pyharm(
     system: JointedSystem, path: Path | str, first: float, last: float, *, n_harmonic: int = 6, n_sample: int = 256
 ) -> None:
-    """Write `make_pyharm_input` as JSON; a file of that name is replaced in one step.
+    """Write the result of `make_pyharm_input` as JSON; an existing file is replaced in one step.
 
     Raises
     ------
     ExchangeError
-        What pyHarm does not have, or a file that cannot be written.
+        As in `make_pyharm_input`, or a file that cannot be written.
     """
     text = json.dumps(make_pyharm_input(system, first, last, n_harmonic=n_harmonic, n_sample=n_sample), allow_nan=False)
     write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
@@ -90,12 +92,12 @@ def save_pyharm(
 def _make_connector(given: Joint) -> dict[str, Any]:
     joint = given.exported("pyHarm")
     dof, other, scale = _find_ends(joint)
-    # With u = scale (q_dof - q_other) the joint's force on each is scale f(u).
+    # With u = scale (q_dof - q_other), the force of the joint on each is scale f(u).
     return {**_place(dof, other), **joint.pyharm(scale)}
 
 
 def _find_ends(joint: Joint) -> tuple[int, int | None, float]:
-    """Degree of freedom, the one that it moves against, and a positive scale."""
+    """Degree of freedom of a joint, the degree of freedom that it moves against, and a positive scale."""
     row = joint.directions[0]
     dofs = np.flatnonzero(row)
     if len(dofs) == 1:
@@ -122,7 +124,7 @@ def _place(dof: int, other: int | None = None) -> dict[str, Any]:
 
 
 def _make_loads(system: JointedSystem, n_harmonic: int) -> dict[str, dict[str, Any]]:
-    """One forcing for each harmonic and degree of freedom that carries one."""
+    """One forcing for each loaded degree of freedom and harmonic."""
     loads = {}
     for harmonic, dof in np.argwhere(np.vstack([system.static, system.dynamic[1:]])):
         if harmonic >= n_harmonic:

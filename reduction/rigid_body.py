@@ -1,4 +1,4 @@
-"""A body that contact alone holds: how stiffly its six rigid-body motions are resisted, and which one is not."""
+"""Body that is held by contact only: stiffness of its six rigid-body motions, and free motions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,79 +15,79 @@ from reduction.errors import RomError
 
 Six = Float[Real, "6"]
 
-#: The six motions, about the centre of mass: translations [N/m], then rotations [N m/rad].
+#: Names of the six motions about the centre of mass: translations [N/m], then rotations [N m/rad].
 MOTIONS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
-#: Share of the stiffest motion's squared frequency below which a motion counts as free: round-off of a singular matrix.
+#: Squared frequency, relative to the highest, below which a motion is free: round-off of a singular matrix.
 FREE = 1e-10
-#: Share of a free motion's kinetic energy in a rotation above which it turns the body.
+#: Fraction of the kinetic energy of a free motion in a rotation above which it is a rotation.
 TURNS = 1e-6
-#: Share of the largest stiffness beyond which a rigid motion is resisted: by supports, and not by round-off.
+#: Resistance to a rigid motion, relative to the largest stiffness, above which it comes from supports, not round-off.
 SUPPORTED = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RigidBody:
-    """A body as if it were rigid, on the springs of its contacts; the bodies beside it do not move.
+    """Body treated as rigid, on the springs of its contacts; neighbouring bodies are fixed.
 
     Arrays are copied and read-only.
     """
 
     body: str
-    """Its name."""
+    """Name of the body."""
     mass: float
-    """[kg]."""
+    """Mass [kg]."""
     centre: Float[Real, "3"]
-    """Its centre of mass, shape (3,) [m]."""
+    """Centre of mass, shape (3,) [m]."""
     stiffness: Six
-    """Of each of `MOTIONS` while the other five are prevented, shape (6,) [N/m and N m/rad]."""
+    """Stiffness of each of `MOTIONS` with the other five fixed, shape (6,) [N/m and N m/rad]."""
     frequency: Six
-    """The six natural frequencies, rising, shape (6,) [Hz]."""
+    """Six natural frequencies, ascending, shape (6,) [Hz]."""
     shape: Float[Real, "6 6"]
-    """The motions that belong to them, about the centre of mass, mass-normalised, shape (6, 6), one per column."""
+    """Mode shapes about the centre of mass, mass-normalised, shape (6, 6), one per column."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "centre", "stiffness", "frequency", "shape")
 
     @property
     def free(self) -> tuple[str, ...]:
-        """What nothing resists, by the motion that has most of the energy; none in a rig that holds its parts."""
+        """Names of the free motions, each by the motion with most of its energy; empty if the body is held."""
         largest = float(self.frequency[-1])
         loose = np.flatnonzero(self.frequency**2 <= FREE * largest**2)
         energy = np.abs(self.shape * np.linalg.inv(self.shape).T)[:, loose]
         turning = np.abs(energy[3:]).max(axis=0, initial=0.0) > TURNS
-        # A body that rolls about a line moves its centre as well: it is a rotation that is free.
+        # A body that rolls about a line also moves its centre; the free motion is still a rotation.
         energy[:3, turning] = 0.0
         names, modes = linear_sum_assignment(-energy)
         return tuple(MOTIONS[int(name)] for name in names[np.argsort(modes)])
 
 
 def make_rigid_body(assembly: ReducedAssembly, body: str, points: Float[Real, "node 3"], springs: Matrix) -> RigidBody:
-    """How the contact springs hold a body.
+    """Compute mass, stiffness and frequencies of a body as rigid on its contact springs.
 
     Parameters
     ----------
     assembly, body
-        The model, and the name of the body.
+        Reduced assembly, and name of the body.
     points
         Nodes of the body's mesh, shape (n_node, 3) [m].
     springs
-        Stiffness of all contacts, with no other body's elasticity in it, shape (r, r) [N/m].
+        Stiffness of all contacts, without the elasticity of other bodies, shape (r, r) [N/m].
 
     Raises
     ------
     RomError
-        No such body, or one that is supported: it has no rigid-body motion.
+        An unknown body, or a supported body, which has no rigid-body motion.
     """
     own = assembly.columns(body)
     motion = make_unit_motions(assembly, body, points, np.zeros(3))
     mass, stiffness = assembly.mass[own, own], assembly.stiffness[own, own]
-    # Physical coordinates alone: modal ones have squared frequencies for stiffness, and stay at rest.
+    # Physical coordinates only: the stiffness of modal coordinates is a squared frequency, and they are at rest.
     retained = slice(assembly.bodies[body].n_boundary)
     resisting = float(np.abs(stiffness[retained, retained] @ motion[own][retained]).max(initial=0.0))
     if resisting > SUPPORTED * float(np.abs(stiffness[retained, retained]).max(initial=0.0)):
         raise RomError(f"{body} is supported: rigid-body motions are for a body that is held only by contacts")
     inertia = motion[own].T @ mass @ motion[own]
-    # m times the vector to the centre stands as a cross product in the coupling of translations and rotations.
+    # The coupling of translations and rotations is the cross product with m times the vector to the centre.
     centre = np.array([inertia[1, 5], inertia[2, 3], inertia[0, 4]]) / inertia[0, 0]
     motion = make_unit_motions(assembly, body, points, centre)
     inertia = motion[own].T @ mass @ motion[own]
@@ -104,12 +104,12 @@ def make_rigid_body(assembly: ReducedAssembly, body: str, points: Float[Real, "n
 
 
 def check_supported(bodies: Sequence[RigidBody]) -> None:
-    """Refuse bodies with a rigid-body motion that nothing resists.
+    """Refuse bodies with a free rigid-body motion.
 
     Raises
     ------
     RomError
-        Every motion that nothing resists, by body.
+        A free motion; the message lists all free motions by body.
     """
     loose = [f"{item.body}: {' and '.join(item.free)}" for item in bodies if item.free]
     if loose:
@@ -124,12 +124,12 @@ def make_unit_motions(
 ) -> Float[Real, "r 6"]:
     """Reduced coordinates of the six unit motions `MOTIONS` of a body, shape (r, 6) [m/m and m/rad].
 
-    Those of the boundary; fixed-interface modes stay at rest.
+    Only boundary coordinates move; those of fixed-interface modes are zero.
 
     Parameters
     ----------
     assembly, body, points
-        As for `make_rigid_body`.
+        As in `make_rigid_body`.
     about
         Point where the axes of rotation meet, shape (3,) [m].
     """

@@ -1,4 +1,4 @@
-"""The reduced model: small dense matrices, the names of what they act on, and the way back to the full mesh."""
+"""Reduced model: small dense matrices, named boundary sets, and recovery of the motion of the full mesh."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -23,35 +23,35 @@ if TYPE_CHECKING:
 Reduced = Float[Real, "r ..."] | Complex[Array, "r ..."]
 Field = Float[Real, "node 3 ..."] | Complex[Array, "node 3 ..."]
 
-#: Arrays of a reduced model in the order of its files: real numbers, then whole ones.
+#: Names of the arrays of a reduced model in the order of its files: real numbers, then integers.
 REAL = ("mass", "damping", "stiffness", "fixed_interface_frequency", "recovery")
 WHOLE = ("boundary_node", "boundary_direction", "free")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ReducedModel(Tabular):
-    """A Craig-Bampton model: boundary degrees of freedom first, then fixed-interface modal coordinates.
+    """Craig-Bampton model: boundary degrees of freedom first, then fixed-interface modal coordinates.
 
-    Arrays are copied and read-only; `recovery`, which can be gigabytes, is shared and locked instead.
+    Arrays are copied and read-only; `recovery`, which can be gigabytes, is not copied, but is read-only as well.
 
     Parameters
     ----------
     mass, damping, stiffness
-        Symmetric, shape (r, r) [kg, N s/m, N/m; modal rows in the units that mass-normalised modes imply].
+        Symmetric matrices, shape (r, r) [kg, N s/m, N/m; modal rows in the units of mass-normalised modes].
     boundary_node, boundary_direction
         Mesh node and direction (0, 1, 2) of each boundary degree of freedom, shape (b,) [-].
     boundary_sets
         Rows of the reduced system by boundary name, each of shape (k,) [-].
     fixed_interface_frequency
-        Of the retained fixed-interface modes, ascending, shape (m,) [Hz]; r = b + m.
+        Frequencies of the retained fixed-interface modes, ascending, shape (m,) [Hz]; r = b + m.
     recovery
-        Full free displacement = recovery @ reduced coordinates, shape (n, r) [- and m].
+        Matrix that gives the free displacements from the reduced coordinates, shape (n, r) [- and m].
     free
         Mesh degree of freedom (3 node + direction) of each row of `recovery`, shape (n,) [-].
     n_node
-        Nodes of the mesh [-].
+        Number of nodes of the mesh [-].
     provenance
-        Where the model comes from: case, versions, date, anything the user wants to find again.
+        Origin of the model: case, versions, date and other texts.
     """
 
     mass: Float[Real, "r r"]
@@ -85,7 +85,7 @@ class ReducedModel(Tabular):
         return len(self.boundary_node)
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """One row per boundary set, and one of the fixed-interface modes."""
+        """Table with one row per boundary set, and one for the fixed-interface modes."""
         import pandas
 
         frequency = self.fixed_interface_frequency
@@ -96,12 +96,12 @@ class ReducedModel(Tabular):
         return pandas.DataFrame.from_dict(rows, orient="index", columns=columns)
 
     def rows(self, name: str, direction: int | None = None) -> Int[Whole, " k"]:
-        """Rows of a boundary set in the order in which it was given, or those of one direction (0, 1, 2 for x, y, z).
+        """Rows of a boundary set in its given order, or only those of one direction (0, 1, 2 for x, y, z).
 
         Raises
         ------
         RomError
-            No set of that name, or none of its degrees of freedom has that direction; the message lists both.
+            An unknown set, or a direction that the set lacks; the message lists the available ones.
         """
         if name not in self.boundary_sets:
             known = ", ".join(sorted(self.boundary_sets)) or "none"
@@ -118,19 +118,19 @@ class ReducedModel(Tabular):
         return np.asarray(rows[directions == direction])
 
     def modes(self, n_mode: int | None = None) -> "ModeSet":
-        """The lowest modes (all by default), shapes in reduced coordinates; `displacement` takes them to the mesh.
+        """Compute the lowest modes (all by default); `displacement` converts their reduced coordinates to the mesh.
 
         Raises
         ------
         RomError
-            Fewer than one mode, or more than coordinates.
+            Fewer than one mode, or more modes than coordinates.
         """
         n_mode = self.n_dof if n_mode is None else n_mode
         if not 1 <= n_mode <= self.n_dof:
             raise RomError(
                 f"{n_mode} modes were requested from a reduced model of {self.n_dof}: give 1 to {self.n_dof}"
             )
-        from fe.modal import ModeSet  # meshes and elements, which few models are asked for
+        from fe.modal import ModeSet  # imports meshes and elements, which most uses do not need
 
         result = compute_dense_modes(self.mass, self.stiffness)
         angular_frequency = np.sqrt(result.lambda_[:n_mode].clip(min=0))
@@ -142,21 +142,21 @@ class ReducedModel(Tabular):
         return ModeSet(angular_frequency=angular_frequency, damping_ratio=damping_ratio, mode_shapes=shapes)
 
     def displacement(self, reduced: Reduced) -> Field:
-        """Reduced coordinates as a field on all nodes of the mesh, zero where fixed.
+        """Displacement of all nodes of the mesh from reduced coordinates, zero where fixed.
 
         Parameters
         ----------
         reduced
-            Real or complex, shape (r,) or (r, ...).
+            Reduced coordinates, real or complex, shape (r,) or (r, ...).
 
         Returns
         -------
-        Shape (n_node, 3) or (n_node, 3, ...) [m].
+        Displacement, shape (n_node, 3) or (n_node, 3, ...) [m].
 
         Raises
         ------
         RomError
-            The first axis is not the model's.
+            The length of the first axis is not r.
         """
         shape = np.shape(reduced)
         if not shape or shape[0] != self.n_dof:
@@ -166,7 +166,7 @@ class ReducedModel(Tabular):
         columns = np.reshape(reduced, (self.n_dof, -1))
         full = np.zeros((3 * self.n_node, columns.shape[1]), dtype=np.result_type(columns, np.float64))
         if np.iscomplexobj(columns):
-            # One product each: a complex product would first make a complex copy of the whole recovery.
+            # Two real products, because a complex product would first copy the whole recovery as complex.
             full[self.free] = self.recovery @ columns.real + 1j * (self.recovery @ columns.imag)
         else:
             full[self.free] = self.recovery @ columns
@@ -174,5 +174,5 @@ class ReducedModel(Tabular):
 
 
 def with_rayleigh_damping(rom: ReducedModel, damping: RayleighDamping) -> ReducedModel:
-    """The reduced model with alpha M + beta K for its damping: what the full model's would be reduced to."""
+    """Reduced model with the damping alpha M + beta K, equal to the reduced Rayleigh damping of the full model."""
     return replace(rom, damping=damping.mass_factor * rom.mass + damping.stiffness_factor * rom.stiffness)

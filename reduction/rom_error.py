@@ -1,4 +1,4 @@
-"""How well a reduced model knows the full one, without solving that: frequencies, and fixed-interface modes."""
+"""Estimate errors of a reduced model without solving the full one: frequencies and fixed-interface modes."""
 
 import numpy as np
 import scipy.linalg
@@ -15,19 +15,20 @@ from reduction.array_type import Matrix, Real, Vector, Whole
 from reduction.errors import RomError
 from reduction.rom import ReducedModel
 
-#: Random start vectors, which find truncated modes that the boundary's motion does not excite.
+#: Number of random start vectors, which find truncated modes that the motion of the boundary does not excite.
 N_RANDOM = 4
-#: A step that changes no estimate by more than this share is the last; the estimate promises a factor, not digits.
+#: Largest relative change of all estimates in the last step; the estimate gives the order of magnitude only.
 CONVERGED = 0.1
-#: Estimates below this relative error are round-off of the sparse solve.
+#: Relative error below which an estimate is round-off of the sparse solve.
 NEGLIGIBLE = 1e-12
-#: Blocks of added shapes at most: each is a factor (lambda / omega_{m+1}^2)^2 nearer, so two or three do.
+#: Largest number of blocks of added shapes: each reduces the error by (lambda / omega_{m+1}^2)^2, so usually two or
+#: three suffice.
 MAX_STEP = 12
-#: An eigenvalue below this share of the lowest elastic one belongs to a rigid-body motion.
+#: Eigenvalue, relative to the lowest elastic one, below which a mode is a rigid-body motion.
 RIGID = 1e-6
-#: Length that a unit column keeps, outside the known shapes, for it to count as a new direction.
+#: Smallest length of the part of a unit column outside the known shapes for which it is a new direction.
 NEW_DIRECTION = 1e-10
-#: Eigenvalue of a Gram matrix of unit columns that counts as zero.
+#: Eigenvalue of a Gram matrix of unit columns below which it is zero.
 DEPENDENT = 1e-12
 
 
@@ -35,30 +36,30 @@ DEPENDENT = 1e-12
 def rom_error(system: LinearSystem, rom: ReducedModel, n_mode: int) -> Float[Real, " m"]:
     r"""Estimated relative error (f_rom - f_full) / f_full of each of the lowest frequencies.
 
-    What a Craig-Bampton model leaves out are fixed-interface modes, and the boundary reaches those only through the
-    inertia it gives to the interior, P = (M T_b)_i. So the shapes that one static solve makes of this inertia,
+    A Craig-Bampton model lacks the higher fixed-interface modes, which the boundary excites only through the inertia
+    that it transmits to the interior, P = (M T_b)_i. The shapes from static solves with this inertia,
 
     .. math:: W_0 = K_{ii}^{-1} P \phi_b, \qquad W_{s+1} = K_{ii}^{-1} M_{ii} W_s
 
-    (phi_b: boundary part of the reduced modes; a few random columns added; all made M-orthogonal to the retained modes)
-    span a small space that holds nearly all of what is missing. The reduced model with these as further interior
-    shapes has frequencies between the full model's and the reduced one's; the estimate is the drop to them, and steps
-    are added until it settles. So it errs to the low side, by a few per cent.
+    (phi_b: boundary part of the reduced modes; with a few additional random columns; all M-orthogonal to the retained
+    modes) span a small space that contains nearly all of the missing part. The reduced model with these additional
+    interior shapes has frequencies between those of the full and of the reduced model; the estimate is the decrease to
+    them, and steps are added until it converges. It is too low by a few per cent.
 
-    The cost is one factorisation of K_ii and n_mode + 4 solves per step, two or three steps mostly.
+    The cost is one factorisation of K_ii and n_mode + 4 solves per step, usually with two or three steps.
 
     Parameters
     ----------
     system
-        The full model from which the reduced one was made.
+        Full model from which the reduced model was made.
     rom
-        The reduced model.
+        Reduced model.
     n_mode
-        How many frequencies [-]; at most as many as the model has.
+        Number of frequencies [-]; at most as many as the model has.
 
     Returns
     -------
-    Shape (n_mode,) [-], not negative; errors below about 1e-11 drown in round-off.
+    Estimated errors, shape (n_mode,) [-], not negative; errors below about 1e-11 are lost in round-off.
 
     Raises
     ------
@@ -83,7 +84,7 @@ def rom_error(system: LinearSystem, rom: ReducedModel, n_mode: int) -> Float[Rea
     for step in range(MAX_STEP):
         block = _find_new_directions(block, np.hstack([retained, added]), mass)
         if not block.shape[1]:
-            break  # the added shapes span all that the inertia reaches: nothing is missing any more
+            break  # the added shapes span all motions that the inertia excites, so no part is missing
         added = np.hstack([added, block])
         before, error = error, _drop(system, rom, interior, added, stiffness @ added, lambda_)
         if step and np.all(np.abs(error - before) <= CONVERGED * error + NEGLIGIBLE):
@@ -93,21 +94,21 @@ def rom_error(system: LinearSystem, rom: ReducedModel, n_mode: int) -> Float[Rea
 
 
 def check_fixed_interface_modes(system: LinearSystem, rom: ReducedModel) -> ModeCheck:
-    """Residuals of the fixed-interface modes of a reduced model, and a count of those it should have.
+    """Compute residuals of the fixed-interface modes of a reduced model, and count the modes that it should have.
 
-    It factorises twice, once for the residuals and once for the count: more than half of what the reduction took.
+    The two factorisations, for the residuals and for the count, cost more than half of the reduction.
 
     Parameters
     ----------
     system
-        The system that was reduced.
+        System that was reduced.
     rom
-        The reduced model, with at least one mode.
+        Reduced model with at least one mode.
 
     Raises
     ------
     RomError
-        The model was not made from this system, has no modes, or the count proves nothing, whatever the shift.
+        The model was not made from this system or has no modes, or the count is uncertain for all shifts.
     """
     inner = _find_interior(system, rom)
     if rom.n_boundary == rom.n_dof:
@@ -137,10 +138,10 @@ def _find_interior(system: LinearSystem, rom: ReducedModel) -> Whole:
 def _drop(
     system: LinearSystem, rom: ReducedModel, interior: Whole, added: Matrix, stiffness_added: Matrix, lambda_: Vector
 ) -> Vector:
-    """Relative drop of each frequency when the added interior shapes join the reduced model.
+    """Relative decrease of each frequency when the interior shapes are added to the reduced model.
 
-    Interior shapes do no work against constraint modes, and none against retained modes they are M-orthogonal to: the
-    enriched stiffness is block diagonal, and its mass couples to the boundary alone, as in any Craig-Bampton model.
+    Interior shapes are K-orthogonal to constraint modes, and to retained modes if they are M-orthogonal to them: the
+    enriched stiffness is block diagonal, and the mass couples them to the boundary only, as in any Craig-Bampton model.
     """
     n_boundary, n_rom = rom.n_boundary, rom.n_dof
     whole = np.zeros((system.n_dof, added.shape[1]))
@@ -152,15 +153,15 @@ def _drop(
     stiffness = scipy.linalg.block_diag(rom.stiffness, added.T @ stiffness_added)
     enriched = compute_dense_modes(mass, stiffness)
     lowered = enriched.lambda_[: len(lambda_)]
-    # A rigid-body motion is exact: its eigenvalues are round-off and have no ratio.
+    # Rigid-body motions are exact: their eigenvalues are round-off, and their ratio is meaningless.
     ratio = np.divide(lambda_, lowered, out=np.ones_like(lambda_), where=lowered > RIGID * enriched.shift)
     return np.asarray(np.sqrt(ratio.clip(min=1)) - 1)
 
 
 def _find_new_directions(block: Matrix, known: Matrix, mass: Symmetric) -> Matrix:
-    """M-orthonormal basis of what the columns of a block add to the span of M-orthonormal known shapes."""
-    block = _normalise_columns(block, mass, 0.0)  # of any length: small bodies have short shapes
-    for _ in range(2):  # twice is enough: the first pass leaves round-off of the removed part, the second none
+    """M-orthonormal basis of the part of a block that is M-orthogonal to the M-orthonormal known shapes."""
+    block = _normalise_columns(block, mass, 0.0)  # any length is accepted, because small bodies have short shapes
+    for _ in range(2):  # the second pass removes the round-off of the first
         block = _normalise_columns(block - known @ (known.T @ (mass @ block)), mass, NEW_DIRECTION)
         gram = block.T @ (mass @ block)
         size, direction = np.linalg.eigh((gram + gram.T) / 2)
@@ -170,7 +171,7 @@ def _find_new_directions(block: Matrix, known: Matrix, mass: Symmetric) -> Matri
 
 
 def _normalise_columns(block: Matrix, mass: Symmetric, least: float) -> Matrix:
-    """Columns of unit length in the mass norm, without those that are no longer than `least`."""
+    """Columns of unit length in the mass norm, without columns whose length is at most `least`."""
     length = np.sqrt(np.einsum("ik,ik->k", block, mass @ block))
     remaining = length > least
     return np.asarray(block[:, remaining] / length[remaining])

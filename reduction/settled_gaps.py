@@ -1,12 +1,13 @@
-r"""Position of a rigid body that contact alone supports, before its load presses it: settled against uneven gaps.
+r"""Position of a rigid body that is supported by contact only, settled against uneven gaps before it is loaded.
 
-Gaps are measured from the position of the body in the drawing. Before any contact spring is deformed, the body settles
-as deep in its grooves as it can,
+Gaps are measured from the nominal position of the body. Before any contact spring is deformed, the body settles as deep
+in its grooves as possible,
 
 .. math:: \min_a\; \sum_i s_i \quad \text{subject to} \quad s = g - N R a \ge 0 ,
 
-R being its rigid motions; of several such positions it takes that of the least \|s\|. The remaining gaps s are measured
-from there, where no contact is in tension. A rigid motion r adds N r to g and r to the position, and does not change s.
+with its rigid motions R; of several solutions, the one with the smallest \|s\| is taken. The remaining gaps s are
+measured from this position, in which no contact is in tension. A rigid motion r adds N r to g and r to the position,
+and does not change s.
 
 References
 ----------
@@ -23,24 +24,24 @@ from jaxtyping import Float
 from reduction.array_type import Real
 from reduction.joined_bodies import JoinedBodies
 
-#: Singular value of the approaches, over the largest, below which a motion opens and closes nothing.
+#: Singular value of the approaches, relative to the largest, below which a motion changes no gap.
 IDLE = 1e-9
-#: How much more the sum of the gaps counts than \|s\|, as a length over the largest gap.
+#: Weight c of the sum of the gaps in the objective \|s\|^2 + 2 c sum(s), relative to the largest gap.
 DEEP = 30.0
-#: Share of the largest gap below which a contact touches.
+#: Gap relative to the largest gap below which a contact touches.
 ROUND_OFF = 1e-8
 
 
 def settle_bodies(bodies: JoinedBodies, motions: Mapping[str, Float[Real, "r 6"]]) -> JoinedBodies:
-    """Contacts with the gaps that remain when each body has settled.
+    """Bodies whose contacts have the gaps that remain after settling.
 
     Parameters
     ----------
     bodies
         Bodies and contacts, unloaded.
     motions
-        Rigid motions of each body that contact alone holds, by name, shape (r, 6); contacts that none of them moves
-        stay as they are.
+        Rigid motions of each body that is held by contact only, by name, shape (r, 6); contacts that they do not move
+        keep their gaps.
     """
     gaps = np.array([item.gap for item in bodies.contacts])
     normals = np.array([item.normal for item in bodies.contacts])
@@ -53,12 +54,12 @@ def settle_bodies(bodies: JoinedBodies, motions: Mapping[str, Float[Real, "r 6"]
 
 
 def compute_remaining_gaps(approach: Float[Real, "c m"], gaps: Float[Real, " c"]) -> Real:
-    """Remaining gaps s, shape (c,) [m], of gaps g [m] that unit motions close by N R, shape (c, m)."""
+    """Remaining gaps s, shape (c,) [m], from gaps g [m] and the approach N R of unit motions, shape (c, m)."""
     if not gaps.any():
         return gaps
     scale = np.abs(approach).max(axis=0)
     U, sigma, _ = np.linalg.svd(approach / np.where(scale > 0, scale, 1.0), full_matrices=False)
-    # Motions that close nothing have no part in it.
+    # Motions that change no gap are left out.
     U = U[:, sigma > IDLE * sigma[0]]
     size = float(np.abs(gaps).max())
     # min |s|^2 + 2 c sum(s) over s = g - U y >= 0: the point of U y <= g that is nearest to y_0.

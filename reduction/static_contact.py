@@ -1,10 +1,10 @@
-r"""Rest under static loads, with contacts that press and may open, and that do not slide.
+r"""Equilibrium under static loads, with contacts that may open and do not slide.
 
 .. math:: K q + \sum_i N_i n_i + \sum_i k_t t_i (t_i q) = f, \qquad N_i = \max(k_n (n_i q - g_i), 0)
 
-A contact that is pressed in this state has its N_i as preload in what follows, one that is open the gap that is left;
-motion is then reckoned from here, under the load f - K q that the contacts balance where their sliders begin at
--T / k_t.
+In later computations, a contact that is closed in this state has the preload N_i, and an open contact has the remaining
+gap. Motion is then measured from this state, under the load f - K q, which the contacts balance if their sliders start
+at -T / k_t.
 
 References
 ----------
@@ -26,13 +26,13 @@ from reduction.errors import JointError
 from reduction.joint_law.friction_contact import Friction, FrictionContact
 from reduction.stuck import stuck_stiffness
 
-#: Changes of which contacts are closed, a contact: each round opens or closes some, and few rounds do.
+#: Largest number of iterations per contact; each iteration opens or closes some contacts, and usually few are needed.
 MAX_ROUNDS = 20
-#: Share of the largest approach below which a contact touches without a force.
+#: Approach relative to the largest below which a contact touches without a force.
 TOUCH = 1e-12
-#: Springs to the ground while the closed contacts are sought, as a share of the diagonal of the stuck stiffness.
+#: Springs to the ground during the search for closed contacts, relative to the diagonal of the stuck stiffness.
 GROUND = 1e-10
-#: Smallest pivot of the stuck stiffness over its largest below which it counts as singular.
+#: Pivot of the scaled stuck stiffness below which it is singular.
 SINGULAR = 1e-12
 FREE = (
     "there is no equilibrium under the static load: the contacts that stay closed leave a body free; check the "
@@ -42,18 +42,18 @@ FREE = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StaticState:
-    """Rest under a load; arrays are copied and read-only."""
+    """Equilibrium under a load; arrays are copied and read-only."""
 
     contacts: tuple[FrictionContact, ...]
-    """Seen from here: with preloads and gaps of this state."""
+    """Contacts with the preloads and gaps of this state."""
     displacement: Row
-    """q, shape (r,) [m]."""
+    """Displacement q, shape (r,) [m]."""
     load: Row
-    """f - K q, what the contacts balance, shape (r,) [N]."""
+    """Load f - K q that the contacts balance, shape (r,) [N]."""
     normal: Float[Real, " c"]
-    """N of each contact, shape (c,) [N]."""
+    """Normal force N of each contact, shape (c,) [N]."""
     tangential: tuple[Float[Real, " t"], ...]
-    """T of each contact along each of its tangents, one array per contact [N]."""
+    """Friction force T of each contact along each of its tangents, one array per contact [N]."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "displacement", "load", "normal")
@@ -62,15 +62,15 @@ class StaticState:
 
     @property
     def slider(self) -> Float[Real, " s"]:
-        """Where the sliders of all contacts begin so that rest is rest, -T / k_t, shape (s,) [m]."""
+        """Slider positions of all contacts in equilibrium, -T / k_t, shape (s,) [m]."""
         pairs = zip(self.contacts, self.tangential, strict=True)
         return np.concatenate([np.zeros(0), *(-force / item.tangential_stiffness for item, force in pairs)])
 
     @property
     def ratio(self) -> Float[Real, " c"]:
-        """|T| / (mu N) of each contact, zero where nothing pulls, shape (c,) [-]; above 1 it would have slid.
+        """Ratio |T| / (mu N) of each contact, zero without friction force, shape (c,) [-]; above 1 it would slide.
 
-        Tangents with limits of their own count each by itself.
+        With uncoupled tangents, |T| is the larger of the two friction forces.
         """
         limit = np.array([item.limit_at_rest for item in self.contacts])
         size = np.array(
@@ -84,24 +84,24 @@ class StaticState:
 def static_state(
     stiffness: Matrix, contacts: Sequence[FrictionContact], load: Row, lines: Mapping[str, Sequence[str]] | None = None
 ) -> StaticState:
-    """Rest under a load.
+    """Compute the equilibrium under a load.
 
     Parameters
     ----------
     stiffness
-        K without contacts, shape (r, r) [N/m].
+        Stiffness K without contacts, shape (r, r) [N/m].
     contacts
-        Unloaded: their preloads are zero, their gaps those of the bodies before the load.
+        Unloaded contacts, with zero preload and the gaps of the bodies before loading.
     load
-        f, shape (r,) [N].
+        Static load f, shape (r,) [N].
     lines
-        Names of the contacts of each line: one that opens all along is refused; none by default.
+        Names of the contacts of each line; a line that opens along its whole length is refused. None by default.
 
     Raises
     ------
     JointError
-        A contact that has a preload, no rest (a body that the closed contacts do not hold), or a line that opens all
-        along.
+        A contact with a preload, no equilibrium (a body that the closed contacts do not hold), or a line that opens
+        along its whole length.
     """
     pressed = [item.name for item in contacts if item.preload]
     if pressed:
@@ -111,8 +111,8 @@ def static_state(
     rows = np.array([item.normal for item in contacts]).reshape(-1, len(stiffness))
     k_n = np.array([item.normal_stiffness for item in contacts])
     gap = np.array([item.gap for item in contacts])
-    # Springs to the ground, too soft to be felt, let a body that a set leaves free move on until it meets the next
-    # contact; rest itself is without them.
+    # Very soft springs to the ground let a body that the closed contacts leave free move until it meets the next
+    # contact; the final equilibrium is computed without them.
     ground = GROUND * np.diag(np.diag(_stick_closed(stiffness, contacts, np.ones(len(contacts), dtype=bool))))
     closed = np.ones(len(contacts), dtype=bool)
     seen: set[bytes] = set()
@@ -122,15 +122,15 @@ def static_state(
         if moved is None:
             raise JointError(FREE)
         approach = rows @ moved - gap
-        # What touches without a force stays as it is: round-off shall not open and close it for ever.
+        # Contacts that touch without a force keep their state, so that round-off does not open and close them forever.
         touch = TOUCH * float(np.abs(approach).max(initial=0.0))
         now = np.where(closed, approach >= -touch, approach > touch)
         wrong = np.flatnonzero(now != closed)
         if not len(wrong):
             break
         seen.add(closed.tobytes())
-        # A set that comes again would come for ever: then the contact that is most wrong changes alone, and late the
-        # last one, which ends (Murty's rule).
+        # A repeated set of closed contacts would repeat forever: then only the contact with the largest error changes,
+        # and in late rounds the last wrong contact, which terminates (Murty's rule).
         if round_ > most // 2:
             now = _toggle_contact(closed, int(wrong[-1]))
         elif now.tobytes() in seen:
@@ -172,7 +172,7 @@ def _find_rest(
     gap: Vector,
     load: Row,
 ) -> Row | None:
-    """Displacement with some contacts closed and stuck; none where they leave a body free."""
+    """Displacement with some contacts closed and stuck; None if they leave a body free."""
     stuck = _stick_closed(stiffness, contacts, closed)
     scale = np.sqrt(np.diag(stuck).clip(min=np.finfo(float).tiny))
     try:
@@ -198,7 +198,7 @@ def _refuse_open(
 
 
 def _compute_size(contact: FrictionContact, force: Vector) -> float:
-    """What a contact's limit is compared with [N]."""
+    """Friction force that is compared with the limit of a contact [N]."""
     if contact.friction is Friction.UNCOUPLED:
         return float(np.abs(force).max(initial=0.0))
     return float(np.linalg.norm(force))

@@ -1,4 +1,4 @@
-"""A structure with all its sliders stuck, and its damping by the first mode that it has then."""
+"""Stiffness of a structure with all sliders stuck, and damping by its first elastic mode in this state."""
 
 from collections.abc import Iterable
 from math import pi
@@ -11,23 +11,23 @@ from reduction.array_type import Array, Matrix, Real
 from reduction.errors import JointError
 from reduction.joint_law.registry import Joint
 
-#: lambda / (lambda + sigma) of a rigid-body motion; that of the lowest elastic mode is 1/2.
+#: Value of lambda / (lambda + sigma) below which a mode is a rigid-body motion; it is 1/2 for the lowest elastic mode.
 RIGID = 1e-6
-#: Share of what a row sees of the mode that moves most along it, among the first of `LOOKED_AT`, that counts as seen.
-#: A force near the root of a blade works on its first bending by 0.6 to 5 % of what it does on higher ones, with
-#: contacts of 4 to 20 N/um, and on dampers that roll by less than 0.005 %.
+#: Smallest motion of a mode along the rows `seen`, relative to the mode with the largest motion, and number of modes
+#: that are compared. A force near the root of a blade excites first bending by 0.6 to 5 % of higher modes, with
+#: contacts of 4 to 20 N/um, and rolling dampers by less than 0.005 %.
 SEEN, LOOKED_AT = 1e-3, 10
 
 
 def stuck_stiffness(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:
-    """Stiffness with the springs of all sliders, and with all contacts closed, shape (r, r) [N/m].
+    """Stiffness with all sliders stuck and all contacts closed, shape (r, r) [N/m].
 
     Parameters
     ----------
     stiffness
         Stiffness of the structure without its joints, shape (r, r) [N/m].
     joints
-        Joints of the structure; those that neither stick nor press add nothing.
+        Joints of the structure; joints without a stuck stiffness add nothing.
 
     Raises
     ------
@@ -48,22 +48,23 @@ def stuck_stiffness(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:
 
 
 def stick_at_rest(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:
-    """Stiffness with the springs of all sliders and of the contacts that are closed at rest, shape (r, r) [N/m]."""
+    """Stiffness with all sliders stuck, without contacts that are open at rest, shape (r, r) [N/m]."""
     return stuck_stiffness(stiffness, [joint for joint in joints if not joint.open_at_rest])
 
 
 def stuck_damping(
     mass: Matrix, stiffness: Matrix, stuck: Matrix, ratio: float, seen: Real | Array | None = None
 ) -> Matrix:
-    r"""Rayleigh damping with a given ratio on the first elastic mode of the stuck structure, shape (r, r) [N s/m].
+    r"""Rayleigh damping with a given ratio of the first elastic mode of the stuck structure, shape (r, r) [N s/m].
 
-    C = alpha M + beta K. K is the structure without its contact springs, so that contacts that slide or open take no
-    damping with them; what they would have had of the mode's damping is given to the mass,
+    C = alpha M + beta K. K is the stiffness without contact springs, so that the damping does not change when contacts
+    slide or open; the part of the mode's damping that would belong to the contact springs is added to the mass,
 
     .. math:: \alpha = \zeta \omega (2 - s), \quad \beta = \zeta / \omega, \quad
               s = \varphi^T K \varphi / \omega^2, \quad \varphi^T M \varphi = 1 .
 
-    Without contacts it is half from each; where contacts alone hold the body in this mode, the mass has it all.
+    Without contacts, mass and stiffness contribute half each; if only contacts hold the body in this mode, all damping
+    comes from the mass.
 
     Parameters
     ----------
@@ -72,11 +73,11 @@ def stuck_damping(
     stuck
         Stiffness with contacts, see `stuck_stiffness`, shape (r, r) [N/m].
     ratio
-        zeta [-].
+        Damping ratio zeta [-].
     seen
-        A row or several, such as the coefficients of the force, shape (r,) or (n, r): the mode is the first one that
-        they work on. A damper that rolls about its line of contact is lower than the blade, and no force on the blade
-        drives it. Any elastic mode by default.
+        One or several rows, such as the coefficients of the force, shape (r,) or (n, r): the mode is the first that
+        moves along them. A damper that rolls about its contact line has a lower frequency than the blade, but no force
+        on the blade excites it. The first elastic mode by default.
 
     Raises
     ------

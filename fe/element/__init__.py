@@ -1,4 +1,4 @@
-"""The elements, each one table in a file of its own; `ELEMENTS` finds them by meshio's name of the cell."""
+"""Elements, one file each; `ELEMENTS` finds them by meshio's name of the cell."""
 
 from fe.element.hex8 import HEX8
 from fe.element.hex20 import HEX20

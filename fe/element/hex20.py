@@ -1,6 +1,6 @@
 """Twenty-node serendipity hexahedron, 3 x 3 x 3 Gauss points (CalculiX C3D20).
 
-Complete to degree 2 on affine cells; on distorted ones it holds only the linear polynomials.
+The shape functions are complete to degree 2 on affine cells, and to degree 1 only on distorted cells.
 """
 
 import numpy as np
@@ -13,10 +13,10 @@ from fe.element.registry import REGISTRY
 from fe.element.table import Element, ReferencePoints, fill_alike
 from fe.quadrature import gauss_hexahedron
 
-#: Corners of each edge; node 8 + k sits on edge k.
+#: Corners of each edge; node 8 + k is on edge k.
 EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 NODES = np.vstack([CORNERS, [(CORNERS[a] + CORNERS[b]) / 2 for a, b in EDGES]])
-#: The axis along which each midside node's edge runs.
+#: Axis along which the edge of each midside node runs.
 EDGE_AXIS = [int(np.flatnonzero(NODES[8 + k] == 0)[0]) for k in range(12)]
 
 

@@ -1,6 +1,6 @@
 """Eight-node hexahedron: trilinear, 2 x 2 x 2 Gauss points (CalculiX C3D8).
 
-Fully integrated, it locks in bending by parasitic shear; that is what the first rows of the paper's Table 1 show.
+It is fully integrated and locks in bending because of parasitic shear, as the first rows of the paper's Table 1 show.
 """
 
 import numpy as np

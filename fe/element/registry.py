@@ -1,4 +1,4 @@
-"""Registry of elements: one file each in this folder, and those from outside."""
+"""Registry of elements: one file each in this folder, and elements of other packages."""
 
 from collections.abc import Iterator, Mapping
 
@@ -7,14 +7,14 @@ import numpy as np
 from fe.element.table import BRICK, Element
 from geometry.registry import Registry
 
-#: Round-off of shape functions: sums of some twenty products of numbers near one.
+#: Tolerance for round-off of shape functions, which are sums of about twenty products of numbers near one.
 ROUND_OFF = 1e-12
-#: Steps of the check of gradients: imaginary, so that there is no difference to lose digits in.
+#: Imaginary step of the check of gradients; complex steps have no cancellation error.
 STEP = 1e-30
 
 
 class _ByCellType(Mapping[str, Element]):
-    """The registered elements by meshio's name of the cell."""
+    """Registered elements by meshio's name of the cell."""
 
     def __getitem__(self, cell_type: str) -> Element:
         for element in REGISTRY:
@@ -30,7 +30,7 @@ class _ByCellType(Mapping[str, Element]):
 
 
 def _wrong(element: Element) -> str | None:
-    """Contradiction in an element's table."""
+    """Contradiction in the table of an element, as the end of a sentence; None if there is none."""
     n_node, corner_faces = element.n_node, element.corner_faces
     sides = [(a, b) for face in corner_faces for a, b in zip(face, (*face[1:], face[0]), strict=True)]
     if any(element.cell_type == other.cell_type for other in REGISTRY):

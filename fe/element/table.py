@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from fe.quadrature import Rule
 
 ReferencePoints: TypeAlias = Float[NDArray[np.float64], "point 3"]
-#: The cells in place of bricks: from node numbers at `BRICK`, shape (n_brick, 27), to the brick of each cell, shape
-#: (n_cell,), and the places in `BRICK` of its nodes, shape (n_cell, n_node).
+#: Function that fills bricks with cells: from node numbers at `BRICK`, shape (n_brick, 27), to the brick of each cell,
+#: shape (n_cell,), and the places of its nodes in `BRICK`, shape (n_cell, n_node).
 FromBrick: TypeAlias = Callable[
     [Int[NDArray[np.int64], "brick 27"]], tuple[Int[NDArray[np.int64], " cell"], Int[NDArray[np.int64], "cell node"]]
 ]
@@ -24,18 +24,18 @@ BRICK = np.array([(i, j, k) for i in range(3) for j in range(3) for k in range(3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Element:
-    """An isoparametric solid element.
+    """Isoparametric solid element.
 
     Parameters
     ----------
     name
         Short name used in case files ("hex8").
     cell_type
-        meshio's name of the cell ("hexahedron"), by which meshes, .vtu and Nastran files know it.
+        meshio's name of the cell ("hexahedron"), used in meshes and by the readers of .vtu and Nastran files.
     abaqus
         Name in Abaqus and CalculiX ("C3D8").
     abaqus_faces
-        Local face of each of the labels S1, S2, ... there [-].
+        Local face for each of the labels S1, S2, ... of Abaqus and CalculiX [-].
     gmsh
         Number of the cell in Gmsh [-].
     gmsh_order
@@ -49,20 +49,21 @@ class Element:
     gradient
         Derivatives of the shape functions: (n_point, 3) -> (n_point, n_node, 3) [-].
     corner_shape
-        Shape functions of the corners alone, as if there were no other nodes: (n_point, 3) -> (n_point, n_corner) [-].
+        Shape functions of the element without midside nodes: (n_point, 3) -> (n_point, n_corner) [-].
     faces
-        Local nodes of each face, corners first, seen from outside anticlockwise, then midside nodes in the same order.
+        Local nodes of each face: corners anticlockwise seen from outside, then midside nodes in the same order.
     rule
-        Quadrature of stiffness and mass alike.
+        Quadrature rule of stiffness and mass.
     stress_points
-        Where stress is taken before it goes to the nodes: as many points as corners, at which quadratic elements are
-        one order more accurate than elsewhere (Barlow, Int. J. Num. Meth. Eng. 10, 1976), shape (n_corner, 3) [-].
+        Points at which stress is computed before it is extrapolated to the nodes, as many as corners; quadratic
+        elements are one order more accurate there than elsewhere (Barlow, Int. J. Num. Meth. Eng. 10, 1976), shape
+        (n_corner, 3) [-].
     degree
-        Polynomial degree p that the shape functions hold completely [-].
+        Polynomial degree p up to which the shape functions are complete [-].
     regular_corner
         Triple product of the unit edges at a corner of the regular cell, 1 for a cube [-].
     from_brick
-        How cells of this kind fill bricks.
+        Function that fills bricks with cells of this element.
     """
 
     name: str
@@ -95,7 +96,7 @@ class Element:
 
 
 def fill_alike(*cells: Float[NDArray[np.float64], "node 3"]) -> FromBrick:
-    """The same cells in every brick.
+    """Function that fills every brick with the same cells.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Ten-node tetrahedron: complete quadratics, 4 quadrature points for stiffness and mass alike (CalculiX C3D10).
+"""Ten-node tetrahedron: complete quadratics, 4 quadrature points for stiffness and mass (CalculiX C3D10).
 
-The 4-point rule is exact to degree 2. That is all that the stiffness of a straight-edged cell needs; its mass, of
-degree 4, is integrated short, which moves frequencies by less than the mesh does.
+The 4-point rule is exact to degree 2, which suffices for the stiffness of a straight-edged cell. The mass, of degree 4,
+is not integrated exactly; the error of the frequencies is smaller than the discretisation error.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from fe.element.table import Element, ReferencePoints, find_brick_places
 from fe.quadrature import gauss_tetrahedron
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
-#: Corners of each edge; node 4 + k sits on edge k.
+#: Corners of each edge; node 4 + k is on edge k.
 EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
 NODES = np.vstack([CORNERS, [(CORNERS[a] + CORNERS[b]) / 2 for a, b in EDGES]])
 #: Derivatives of the four barycentric coordinates with respect to xi, eta, zeta.
@@ -25,7 +25,7 @@ FACES = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (2, 0, 3, 6
 
 
 def barycentric(points: ReferencePoints) -> Float[NDArray[np.float64], "point 4"]:
-    """Barycentric coordinates: the shape functions of the corners alone."""
+    """Barycentric coordinates: the shape functions of the four-node tetrahedron."""
     return np.column_stack([1 - points.sum(axis=1), points])
 
 
@@ -46,10 +46,11 @@ def gradient(points: ReferencePoints) -> Float[NDArray[np.float64], "point 10 3"
 def from_brick(
     bricks: Int[NDArray[np.int64], "brick 27"],
 ) -> tuple[Int[NDArray[np.int64], " tetrahedron"], Int[NDArray[np.int64], "tetrahedron 10"]]:
-    """Six tetrahedra of ten nodes in place of each brick, that fit those of its neighbours however these are turned.
+    """Cut each brick into six tetrahedra of ten nodes that conform with those of neighbours of any orientation.
 
-    The corner of the lowest number is the apex of all six; their bases are the triangles of the three faces that it is
-    not on. Each face is cut from its own corner of lowest number, so that both bricks beside it cut it alike.
+    The corner with the lowest number is the apex of all six; their bases are the triangles of the three faces that do
+    not contain it. Each face is cut from its corner with the lowest number, so that both bricks beside it cut it in the
+    same way.
 
     Parameters
     ----------
@@ -58,7 +59,7 @@ def from_brick(
 
     Returns
     -------
-    Brick of each tetrahedron, and the places of its nodes in the brick, six per brick in the order of these.
+    Brick of each tetrahedron, and the places of its nodes in the brick; six per brick, in the order of the bricks.
 
     References
     ----------
@@ -75,7 +76,7 @@ def from_brick(
         turned = face[(first[:, None] + np.arange(4)) % 4]
         for triangle in ([0, 2, 1], [0, 3, 2]):
             owner.append(away)
-            # Anticlockwise seen from the apex, that is from inside.
+            # Anticlockwise seen from the apex, which is inside.
             corners.append(np.column_stack([turned[:, triangle], apex[away]]))
     order = np.argsort(np.concatenate(owner), kind="stable")
     places = corner_places[np.concatenate(corners)[order]]

@@ -1,7 +1,7 @@
-"""Cards of Nastran bulk data, in fields of 8 or 16 characters or parted by commas.
+"""Cards of Nastran bulk data, in fields of 8 or 16 characters or separated by commas.
 
-A card goes on in the lines that begin with a blank, a comma, "+" or "*"; a line holds eight fields of data, or four if
-they have 16 characters.
+A card continues in lines that begin with a blank, a comma, "+" or "*"; a line has eight data fields, or four of 16
+characters.
 
 References
 ----------
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from fe.errors import MeshError
 
-#: Characters of a usual field, and those of a line that hold the name and the data.
+#: Number of characters of a usual field, and of a line's name and data fields together.
 FIELD, WIDTH = 8, 72
 #: Sections before the bulk data.
 EXECUTIVE = re.compile(r"\s*(SOL\s+\S|CEND\b)", re.IGNORECASE)
@@ -28,9 +28,9 @@ class BulkCard:
     Parameters
     ----------
     name
-        In capitals, without the star of wide fields.
+        Name in capitals, without the star of wide fields.
     fields
-        Its data, blank ones as empty texts, without blanks at its end.
+        Data fields; blank fields are empty texts, trailing blank fields are removed.
     """
 
     name: str
@@ -42,12 +42,12 @@ class BulkCard:
 
 
 def read_bulk_cards(path: Path) -> Iterator[BulkCard]:
-    """Cards between "BEGIN BULK" and "ENDDATA", or of a file without other sections, with all that is included.
+    """Cards between "BEGIN BULK" and "ENDDATA", or of a file without other sections, with those of included files.
 
     Raises
     ------
     MeshError
-        A file with sections but without these lines, or an included one that is not there or includes itself.
+        A file with sections but without these lines, or an included file that does not exist or includes itself.
     """
     lines = _read_lines(path)
     begin = next((k for k, line in enumerate(lines) if line.strip().upper().startswith("BEGIN BULK")), None)
@@ -82,7 +82,7 @@ def _is_end(line: str) -> bool:
 
 
 def _expand_includes(path: Path, lines: list[str], outer: tuple[Path, ...]) -> Iterator[str]:
-    """Lines of cards without comments, and those of included files in their place."""
+    """Lines of cards without comments; each INCLUDE is replaced by the lines of its file."""
     remaining = iter(lines)
     for raw in remaining:
         line = raw.split("$")[0].rstrip()
@@ -93,7 +93,7 @@ def _expand_includes(path: Path, lines: list[str], outer: tuple[Path, ...]) -> I
                 yield line
             continue
         name = raw[FIELD - 1 :].strip()
-        while name[:1] in {"'", '"'} and name.count(name[0]) < 2:  # a long name goes on in the next line
+        while name[:1] in {"'", '"'} and name.count(name[0]) < 2:  # a long name continues in the next line
             name += next(remaining, name[0]).strip()
         file = path.parent / name.strip("'\" ")
         if not file.is_file():
@@ -104,7 +104,7 @@ def _expand_includes(path: Path, lines: list[str], outer: tuple[Path, ...]) -> I
 
 
 def _split_data(line: str) -> list[str]:
-    """Fields of data of one line: as many as it has place for."""
+    """Data fields of one line, filled up with empty texts to the full number."""
     if "," in line:
         head, *fields = (field.strip() for field in line.split(","))
         count = 4 if "*" in head else 8

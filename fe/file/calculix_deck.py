@@ -1,6 +1,6 @@
 """Write CalculiX and Abaqus input decks: a mesh with its sets, and a frequency step.
 
-Written here because meshio writes lines of 21 entries and the element type C3D20RH, neither of which CalculiX takes.
+Written here because meshio writes lines of 21 entries and the element type C3D20RH; CalculiX accepts neither.
 """
 
 import re
@@ -20,13 +20,13 @@ from fe.mesh import Mesh
 #: CalculiX reads at most 16 entries per line, 20 characters each: a number with 13 digits is 19 long.
 ENTRIES = 16
 NUMBER = "%.12E"
-#: Set that the frequency deck makes for a mesh of one material.
+#: Set of all cells in the frequency deck of a mesh with one material.
 ALL_CELLS = "ALL_CELLS"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NodeSpring:
-    """A spring between two nodes that acts on their relative displacement in one direction.
+    """Spring between two nodes that acts on their relative displacement in one direction.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class NodeSpring:
     direction
         Unit vector, shape (3,) [-].
     stiffness
-        [N/m].
+        Stiffness [N/m].
     """
 
     node: int
@@ -45,12 +45,12 @@ class NodeSpring:
 
 
 class FrequencyOutput(Enum):
-    """Output of a `*FREQUENCY` step, as the parameter that requests it."""
+    """Output of a `*FREQUENCY` step; the value is the parameter that requests it."""
 
     EIGENVALUES = ""
-    #: Also the binary .eig file, which holds the eigenvalues in full double precision.
+    #: Also the binary .eig file, with the eigenvalues in full double precision.
     BINARY = ", STORAGE=YES"
-    #: No solution: mass and stiffness as text in .mas and .sti.
+    #: Mass and stiffness as text in .mas and .sti, without a solution.
     MATRICES = ", SOLVER=MATRIXSTORAGE"
 
 
@@ -68,7 +68,7 @@ def write_calculix(
     Parameters
     ----------
     mesh
-        The mesh; its numbers are those of the deck less one.
+        The mesh; its node and cell numbers are those of the deck minus one.
     path
         File to write, by custom with the suffix .inp.
     materials
@@ -85,7 +85,7 @@ def write_calculix(
     Raises
     ------
     MeshError
-        A material for an unknown cell set, or a set name that a deck cannot carry.
+        A material for an unknown cell set, or a set name that a deck cannot store.
     """
     by_set = {ALL_CELLS: materials} if isinstance(materials, Material) else dict(materials)
     unknown = [name for name in by_set if name != ALL_CELLS and name not in mesh.cell_sets]
@@ -97,7 +97,7 @@ def write_calculix(
         if ALL_CELLS in by_set:
             deck.writelines(_format_set("ELSET", ALL_CELLS, np.arange(mesh.n_cell)))
         for number, (name, material) in enumerate(by_set.items(), start=1):
-            # Numbered names: a cell set may have a name too long or too odd for a material.
+            # Numbered, because the name of a cell set may be invalid for a material.
             deck.write(f"*MATERIAL, NAME=MATERIAL_{number}\n*ELASTIC\n")
             deck.write(
                 f"{NUMBER}, {NUMBER}\n*DENSITY\n{NUMBER}\n" % (material.young, material.poisson, material.density)
@@ -120,7 +120,7 @@ def format_mesh(mesh: Mesh) -> Iterator[str]:
     Raises
     ------
     MeshError
-        A set name that a deck cannot carry.
+        A set name that a deck cannot store.
     """
     _refuse_names(mesh)
     yield "** Mesh in metres.\n*NODE\n"
@@ -147,7 +147,7 @@ def format_mesh(mesh: Mesh) -> Iterator[str]:
 
 
 def _format_spring(element: int, number: int, spring: NodeSpring) -> Iterator[str]:
-    """Text of a spring along the first axis of its own frame."""
+    """Lines of a spring along the first axis of a local frame."""
     across = np.zeros(3)
     across[np.argmin(np.abs(spring.direction))] = 1.0
     frame = ", ".join(NUMBER % float(value) for value in (*spring.direction, *across))
@@ -166,7 +166,7 @@ def _format_set(keyword: str, name: str, members: Int[NDArray[np.int64], " k"]) 
 
 
 def _format_rows(form: str, table: NDArray[np.float64] | NDArray[np.int64]) -> str:
-    """The rows of a table through one format: a single formatting call is ten times faster than one per row."""
+    """Rows of a table in one format; a single formatting call is ten times faster than one per row."""
     return form * len(table) % tuple(table.ravel().tolist())
 
 

@@ -16,13 +16,13 @@ from geometry.read_only_array import freeze_fields
 #: Directions by number; the last three are rotations.
 DIRECTIONS = ("x", "y", "z", "rotx", "roty", "rotz")
 N_TRANSLATION = 3
-#: Programs count nodes in 32 bits; six directions of each then fit into 64.
+#: Largest node label: programs number nodes in 32 bits; keys of node and direction then fit into 64.
 LARGEST_LABEL = 2**31 - 1
 #: Characters of an entry that cannot be read, in a message.
 SHOWN_CHARACTERS = 40
 
 _NUMBER = {name: number for number, name in enumerate(DIRECTIONS)}
-#: Other ways to write them: ANSYS, and Nastran's components.
+#: Other names of directions: those of ANSYS, and Nastran's component numbers.
 _NUMBER |= {"ux": 0, "uy": 1, "uz": 2, "rx": 3, "ry": 4, "rz": 5} | {str(number + 1): number for number in range(6)}
 _MAPPING = re.compile(r"\s*(\d+)\s+(\d+)\s+([A-Za-z]+)\b")
 
@@ -36,21 +36,21 @@ class DofLabels:
     Parameters
     ----------
     node
-        Label of its node in the program that wrote the matrix, shape (n,) [-].
+        Node labels in the program that wrote the matrix, shape (n,) [-].
     direction
-        0 to 2 for x, y, z, and 3 to 5 for the rotations about them, shape (n,) [-].
+        Directions: 0 to 2 for x, y, z, and 3 to 5 for the rotations about them, shape (n,) [-].
 
     Raises
     ------
     MatrixFileError
-        A label that no program gives, or a degree of freedom that two rows claim.
+        A label outside 0 to `LARGEST_LABEL`, or two rows with the same degree of freedom.
     """
 
     node: Rows
     direction: Rows
 
     def __post_init__(self) -> None:
-        given = np.asarray(self.node)  # of Python's integers where one is longer than 64 bits
+        given = np.asarray(self.node)  # an object array if a label exceeds 64 bits
         outside = np.flatnonzero((given < 0) | (given > LARGEST_LABEL))
         if len(outside):
             raise MatrixFileError(
@@ -78,16 +78,16 @@ class DofLabels:
         return len(DIRECTIONS) * self.node + self.direction
 
     def name(self, row: int) -> str:
-        """A row in words, such as "node 12 rotx"."""
+        """Name of a row, such as "node 12 rotx"."""
         return f"node {self.node[row]} {DIRECTIONS[self.direction[row]]}"
 
     def rows(self, nodes: Sequence[int], directions: Sequence[int]) -> Rows:
-        """Rows of these nodes in these directions, nodes outermost; directions that a node has not are passed over.
+        """Rows of nodes in directions, nodes outermost; directions that a node lacks are skipped.
 
         Raises
         ------
         MatrixFileError
-            A node that has no row, or none in these directions.
+            A node that has no row in any of these directions.
         """
         order = np.argsort(self.key)
         result = []
@@ -111,12 +111,12 @@ def numbered(n_dof: int) -> DofLabels:
 
 
 def find_direction_number(name: str) -> int:
-    """Number of a direction: x, UX and 1 are 0, rotx and 4 are 3.
+    """Number of a direction from its name: 0 for x, UX or 1; 3 for rotx or 4.
 
     Raises
     ------
     MatrixFileError
-        None of them.
+        An unknown name.
     """
     number = _NUMBER.get(name.strip().lower())
     if number is None:
@@ -125,7 +125,7 @@ def find_direction_number(name: str) -> int:
 
 
 def read_dof_table(path: Path | str) -> DofLabels:
-    """Read which degree of freedom each row is.
+    """Read the degree of freedom of each row.
 
     Parameters
     ----------
@@ -137,8 +137,8 @@ def read_dof_table(path: Path | str) -> DofLabels:
     Raises
     ------
     MatrixFileError
-        A missing file, another kind of file, missing columns or rows, a row or a degree of freedom that stands there
-        twice, or an entry that is no number or direction.
+        A missing file, another kind of file, missing columns or rows, a row or degree of freedom that occurs twice, or
+        an entry that is not a number or direction.
     """
     path = Path(path)
     if not path.is_file():
@@ -177,7 +177,7 @@ def _read_csv(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
 
 
 def _read_entries(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
-    # Spreadsheets part columns by semicolons where the comma is that of decimals.
+    # Spreadsheets separate columns by semicolons where the comma is the decimal separator.
     reader = csv.DictReader(lines, skipinitialspace=True, delimiter=";" if lines and ";" in lines[0] else ",")
     names = [name.strip().lower() for name in reader.fieldnames or ()]
     missing = {"dof", "node", "direction"} - set(names)
@@ -211,7 +211,7 @@ def _read_mapping(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
             result.append((int(equation) - 1, int(node), find_direction_number(label)))
         except MatrixFileError as error:
             raise MatrixFileError(f'"{path}", line {number}: {error}; remove other fields from the model') from None
-        except ValueError:  # of thousands of digits
+        except ValueError:  # int() refuses numbers of thousands of digits
             raise MatrixFileError(
                 f'"{path}", line {number}: cannot read "{line.strip()[:SHOWN_CHARACTERS]}": '
                 "give equation, node and label"
@@ -224,7 +224,7 @@ def _read_mapping(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
 def _read_node_dot_direction(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
     result: list[tuple[int, int, int]] = []
     for number, line in enumerate(lines, start=1):
-        # As text: 12.1 and 12.10 would be one number.
+        # Read as text: 12.1 and 12.10 would be the same number.
         node, dot, direction = line.strip().partition(".")
         try:
             result.append((len(result), int(node), find_direction_number(direction if dot else "")))

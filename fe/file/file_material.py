@@ -1,8 +1,8 @@
-"""The material that a mesh file carries itself, such as an Abaqus deck or Nastran bulk data.
+"""Material in a mesh file, such as an Abaqus deck or Nastran bulk data.
 
-A file has no units: with its unit of length, forces in N and times in s, moduli are in N per that length squared, and
-densities in N s^2 per its fourth power, such as MPa and tonne/mm^3 for millimetres. With inches or feet go forces in
-lbf, so that moduli in inches are in psi.
+A file contains no units. With forces in N, times in s and the file's unit of length, moduli are in N per length squared
+and densities in N s^2 per length to the fourth power, such as MPa and tonne/mm^3 for millimetres. With inches or feet,
+forces are in lbf, so that moduli with inches are in psi.
 """
 
 from collections.abc import Sequence
@@ -17,26 +17,26 @@ from fe.file.registry import FileMaterial, format_of, suffixes
 from fe.material import Material
 from geometry.errors import InputError
 
-#: Relative difference below which two values are the same one, written with other digits.
+#: Relative difference up to which two values are equal except for their number of digits.
 SAME_VALUE = 1e-3
 #: Names of units of length in messages.
 LENGTH_UNITS = {1.0: "m", 1e-2: "cm", 1e-3: "mm", 1e-6: "um", 0.0254: "inch", 0.3048: "ft"}
-#: Unit of force that goes with a unit of length, in newtons and by name; with the others it is the newton.
+#: Unit of force for a unit of length, in newtons and by name; the newton for all other units of length.
 FORCE_UNITS = dict.fromkeys((0.0254, 0.3048), (4.4482216152605, "lbf"))
 
 
 @dataclass(frozen=True, kw_only=True)
 class CarriedMaterial:
-    """Material that a mesh file carries.
+    """Material in a mesh file.
 
     Parameters
     ----------
     material
-        The one material of its solid cells; None if it has none that can be used.
+        The only material of the solid cells; None if the file has no usable material.
     name
         Name of the material in the file.
     obstacle
-        Why none can be used, as a sentence that begins with what the file has; empty if it names no material at all.
+        Reason why no material can be used, as a sentence; empty if the material is usable or the file has none.
     """
 
     material: Material | None = None
@@ -45,12 +45,12 @@ class CarriedMaterial:
 
 
 def read_file_material(path: str | PathLike[str], length_unit_in_metre: float) -> CarriedMaterial:
-    """The material that a mesh file carries.
+    """Read the material of a mesh file.
 
     Parameters
     ----------
     path
-        Mesh file; formats that carry no material have none.
+        Mesh file; the result is empty for formats without materials.
     length_unit_in_metre
         Unit of the coordinates in the file [m].
 
@@ -95,7 +95,7 @@ def read_file_material(path: str | PathLike[str], length_unit_in_metre: float) -
 
 
 def describe_material(material: Material, length_unit_in_metre: float) -> str:
-    """Values of a carried material, and the units in which they were taken."""
+    """Values of a material from a file as text, with the units that were assumed."""
     unit = LENGTH_UNITS.get(length_unit_in_metre, f"{length_unit_in_metre:g} m")
     values = f"{material.young / 1e9:.4g} GPa, {material.poisson:.4g}, {material.density:.5g} kg/m^3"
     return f"{values} (read in {_force_unit(length_unit_in_metre)[1]}, {unit} and s)"
@@ -106,7 +106,7 @@ def _force_unit(length_unit_in_metre: float) -> tuple[float, str]:
 
 
 def list_differences(given: Material, carried: Material) -> Sequence[str]:
-    """Names of the values that differ."""
+    """Names of the values that differ by more than `SAME_VALUE`."""
     return [
         name
         for name in ("young", "poisson", "density")

@@ -1,4 +1,4 @@
-"""HDF5 files of unknown origin: they are opened here only if a trial process could read them."""
+"""HDF5 files of unknown origin are opened only if a trial process can read them."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -6,20 +6,21 @@ from typing import Any
 
 from geometry.trial_process import read_in_trial_process
 
-#: What the slowest disk gives [byte/s].
+#: Reading speed of the slowest disk [byte/s].
 SPEED = 5e6
-#: Arrays are read one after the other; compressed ones are a thousand times as large as their bytes at most [-].
+#: Memory per byte of the file [-]: arrays are read one by one, and compression reduces their bytes at most a thousand
+#: times.
 MEMORY = 1100
-#: References of one array that are followed at most.
+#: Largest number of references of one array that are followed.
 MAX_REFERENCES = 100_000
 
 
 def find_unsafe_hdf5_content(path: Path) -> str | None:
     """Reason not to open an HDF5 file in this process, as the end of a sentence; None for a safe file.
 
-    A damaged file may end the library, keep it in a loop, or announce arrays that no memory holds.
+    A damaged file may crash the library, cause an endless loop, or announce arrays that exceed any memory.
     """
-    import h5py  # noqa: F401  # before the process copies itself
+    import h5py  # noqa: F401  # imported before the process forks
 
     return read_in_trial_process(lambda: _read_all(path), path, speed=SPEED, memory=MEMORY)
 
@@ -72,6 +73,6 @@ def _attempt(act: Callable[..., Any], *arguments: Any) -> Any:
     except MemoryError:
         raise
     except Exception as error:
-        if "allocat" in str(error):  # as HDF5 says it
+        if "allocat" in str(error):  # in HDF5's message for a failed allocation
             raise MemoryError from error
         return None

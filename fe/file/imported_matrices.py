@@ -1,4 +1,4 @@
-"""Mass and stiffness of another program, checked, and as a linear system that can be reduced."""
+"""Mass, damping and stiffness matrices of another program, checked and converted to a linear system."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ from fe.file.matrix_file import MatrixSource, read_matrix
 from fe.sparse.definiteness import is_definite
 from fe.system import LinearSystem
 
-#: Asymmetry relative to the largest entry that still counts as the round-off of a written number.
+#: Largest asymmetry, relative to the largest entry, that is accepted as round-off of written numbers.
 ASYMMETRY = 1e-8
-#: Rigid motions of a free structure may have so negative a stiffness, relative to its diagonal, where the numbers were
+#: Negative stiffness, relative to the diagonal, that rigid motions of a free structure may have when the numbers were
 #: written in single precision.
 WRITTEN = 1e-6
 
@@ -27,7 +27,7 @@ Rows = Int[NDArray[np.int64], " k"]
 
 
 class Units(Enum):
-    """In which units a program counts: what one of its lengths is in metres; forces are newtons in all of them."""
+    """Unit systems of programs; the value is the unit of length in metres. Forces are in newtons in all systems."""
 
     SI = 1.0
     """m, kg, N, s"""
@@ -37,12 +37,12 @@ class Units(Enum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ImportedMatrices:
-    """Symmetric matrices in SI units, and which degree of freedom each row is.
+    """Symmetric matrices in SI units, with the degree of freedom of each row.
 
     Parameters
     ----------
     mass, damping, stiffness
-        Sparse, both halves, shape (n, n) [kg, N s/m, N/m, and with rotations kg m^2 and so on].
+        Sparse matrices, both triangles, shape (n, n) [kg, N s/m, N/m, and with rotations kg m^2 and so on].
     dofs
         Node and direction of each row.
     """
@@ -53,7 +53,7 @@ class ImportedMatrices:
     dofs: DofLabels
 
     def system(self, fixed: Rows) -> "ImportedSystem":
-        """The matrices on what the supports leave free.
+        """Linear system of the matrices on the degrees of freedom that the supports leave free.
 
         Parameters
         ----------
@@ -63,12 +63,12 @@ class ImportedMatrices:
         Raises
         ------
         MatrixFileError
-            Nothing is left free, a degree of freedom without stiffness or mass, or with a negative one, a mass that is
-            not positive definite, or a stiffness that is indefinite.
+            No free degree of freedom, a degree of freedom without stiffness or mass or with a negative diagonal entry,
+            a mass that is not positive definite, or a stiffness that is indefinite.
         """
         label, place = np.unique(self.dofs.node, return_inverse=True)
         turning = self.dofs.direction >= N_TRANSLATION
-        # A linear system has three directions per node: rotations belong to nodes of their own, behind the others.
+        # A linear system has three directions per node: rotations get separate nodes after all nodes of translations.
         mesh_dof = N_TRANSLATION * (place + len(label) * turning) + self.dofs.direction % N_TRANSLATION
         free = np.setdiff1d(np.arange(self.dofs.n_dof), fixed)
         if not len(free):
@@ -109,15 +109,14 @@ class ImportedMatrices:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ImportedSystem:
-    """The free part of imported matrices.
+    """Imported matrices on their free degrees of freedom.
 
     Parameters
     ----------
     linear
-        Linear system; its node k is the k-th label in ascending order, and rotations follow on nodes of their
-        own.
+        Linear system; its node k is the k-th label in ascending order, and rotations follow on separate nodes.
     row
-        Row of it for each row of the files, -1 where it is fixed, shape (n,) [-].
+        Row of the linear system for each row of the files, -1 where it is fixed, shape (n,) [-].
     """
 
     linear: LinearSystem
@@ -132,15 +131,15 @@ def read_matrices(
     dofs: Path | None = None,
     units: Units = Units.SI,
 ) -> ImportedMatrices:
-    """Read mass and stiffness of another program.
+    """Read mass, stiffness and damping matrices of another program.
 
     Parameters
     ----------
     mass, stiffness, damping
-        Sources of the matrices; without one the damping is zero.
+        Sources of the matrices; the damping is zero without a source.
     dofs
-        File of `fe.file.dof_table.read_dof_table`. Without it, row k is node k in direction x, counted from 0; DMIG
-        cards and files of Abaqus name their degrees of freedom themselves.
+        File for `fe.file.dof_table.read_dof_table`. Without it, row k is node k in direction x, counted from 0; DMIG
+        cards and files of Abaqus contain their degrees of freedom.
     units
         Units of the files.
 
@@ -187,7 +186,7 @@ def _put_on_one_table(
             "one line for each row, all from the same model"
         )
     if other:
-        # Which of two is wrong nothing but a table tells.
+        # Only a table can tell which of two matrices is wrong.
         reference = f'the stiffness of "{sources["stiffness"].file}"' if dofs is None else f'"{dofs}"'
         kind = "rows" if dofs is None else "degrees of freedom"
         raise MatrixFileError(
@@ -198,7 +197,7 @@ def _put_on_one_table(
 
 
 def _unite(imported: dict[str, FileMatrix], tables: Sequence[DofLabels]) -> tuple[dict[str, sp.csr_array], DofLabels]:
-    """All matrices on the degrees of freedom that any of them names: cards leave out rows of zeros."""
+    """Matrices on the union of their degrees of freedom, because cards omit rows of zeros."""
     pairs = np.unique(np.concatenate([np.stack([item.node, item.direction], axis=1) for item in tables]), axis=0)
     table = DofLabels(node=pairs[:, 0], direction=pairs[:, 1])
     matrices = {}
@@ -243,7 +242,7 @@ def _check_definite(mass: sp.csr_array, stiffness: sp.csr_array) -> None:
 
 
 def _convert_to_si(matrix: sp.csr_array, table: DofLabels, units: Units) -> sp.csr_array:
-    """A quadratic form of displacements in the file's length and of rotations, N times that length, in joules."""
+    """Matrix in SI units; its quadratic form in the file's unit of length is an energy in newtons times that unit."""
     length = units.value
     per_metre = np.where(table.direction < N_TRANSLATION, 1 / length, 1.0)
     scale = sp.diags_array(per_metre)

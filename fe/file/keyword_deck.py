@@ -14,9 +14,9 @@ class KeywordBlock:
     Parameters
     ----------
     keyword
-        In capitals, such as "SOLID SECTION".
+        Keyword in capitals, such as "SOLID SECTION".
     parameters
-        Values by name, the name in capitals; an empty text for one without a value.
+        Values of the parameters by name, the name in capitals; an empty text for a parameter without a value.
     lines
         Data lines; those of a file that the parameter INPUT names come first.
     """
@@ -33,13 +33,13 @@ class KeywordBlock:
 def read_keyword_blocks(path: Path) -> Iterator[KeywordBlock]:
     """Blocks of a deck in their order.
 
-    A keyword line that ends in a comma goes on in the next line. The lines of an included file stand in the place of
-    its `*INCLUDE`, keywords and data alike.
+    A keyword line that ends in a comma continues in the next line. The keyword and data lines of an included file
+    replace its `*INCLUDE`.
 
     Raises
     ------
     MeshError
-        A file that is named and not there, or that includes itself.
+        An included file that does not exist, or that includes itself.
     """
     block = None
     for line in _join_keywords(_read_lines(path, path, ())):
@@ -54,10 +54,10 @@ def read_keyword_blocks(path: Path) -> Iterator[KeywordBlock]:
 
 
 def _join_keywords(lines: Iterator[str]) -> Iterator[str]:
-    """Data lines as they are, and each keyword in one line."""
+    """Lines of a deck with the continuation lines of each keyword joined."""
     keyword = ""
     for line in lines:
-        if keyword and (line.startswith("*") or _is_data(line)):  # the comma was one too many
+        if keyword and (line.startswith("*") or _is_data(line)):  # a comma at the end without a continuation line
             yield keyword
             keyword = ""
         text = keyword + line
@@ -69,7 +69,7 @@ def _join_keywords(lines: Iterator[str]) -> Iterator[str]:
 
 
 def _read_lines(path: Path, deck: Path, outer: tuple[Path, ...]) -> Iterator[str]:
-    """Lines without blanks around them, comments and empty ones left out, includes replaced by what they name."""
+    """Stripped lines without comments and empty lines; each include is replaced by the lines of its file."""
     if path in outer:
         raise MeshError(f"mesh file {path} includes itself: remove that *INCLUDE")
     with path.open("rb") as lines:
@@ -86,7 +86,7 @@ def _read_lines(path: Path, deck: Path, outer: tuple[Path, ...]) -> Iterator[str
 
 
 def _decode(raw: bytes) -> str:
-    """Names may have letters beyond ASCII, in the coding of the system that wrote them."""
+    """Text of a line: UTF-8, else Latin-1, for names with letters beyond ASCII."""
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -107,7 +107,7 @@ def _begin_block(line: str) -> KeywordBlock:
 
 
 def _with_input(path: Path, block: KeywordBlock) -> KeywordBlock:
-    """The block with the data lines of the file that it names; such files hold no keywords."""
+    """Block with the data lines of the file that its parameter INPUT names; such files contain no keywords."""
     name = block.parameters.get("INPUT")
     if name is None or block.keyword not in {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "ELASTIC", "DENSITY"}:
         return block
@@ -118,7 +118,7 @@ def _with_input(path: Path, block: KeywordBlock) -> KeywordBlock:
 
 
 def _find_file(path: Path, deck: Path, name: str) -> Path:
-    """The file that a deck names, beside the file that names it or, as those programs look for it, beside the deck."""
+    """File that a deck includes: in the folder of the including file or, as Abaqus and CalculiX do, of the deck."""
     for folder in (path.parent, deck.parent):
         if name and (folder / name).is_file():
             return folder / name

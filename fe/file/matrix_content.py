@@ -1,4 +1,4 @@
-"""Content of matrix files of other programs, and numbers as Fortran programs write them."""
+"""Content of matrix files of other programs, and numbers in Fortran notation."""
 
 import re
 from dataclasses import dataclass
@@ -16,14 +16,14 @@ from fe.file.dof_table import DofLabels
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FileMatrix:
-    """A matrix of a file.
+    """Matrix of a file.
 
     Parameters
     ----------
     matrix
-        Shape (n, n), both halves of a symmetric one.
+        Matrix, both triangles if it is symmetric, shape (n, n).
     dofs
-        Degree of freedom of each row; None where the file does not name them.
+        Degree of freedom of each row; None if the file does not name them.
     """
 
     matrix: sp.csr_array
@@ -31,12 +31,12 @@ class FileMatrix:
 
 
 def check_real_matrix(path: Path, matrix: Any) -> FileMatrix:
-    """A matrix of SciPy or NumPy that must be real.
+    """Check that a matrix of SciPy or NumPy is real and has two dimensions.
 
     Raises
     ------
     MatrixFileError
-        Another kind of numbers or of array.
+        Numbers that are not real, or an array without two dimensions.
     """
     if len(matrix.shape) != 2:
         raise MatrixFileError(f'"{path}" holds an array of shape {matrix.shape}: it must be a square matrix')
@@ -47,21 +47,21 @@ def check_real_matrix(path: Path, matrix: Any) -> FileMatrix:
 
 
 def fill_both_triangles(matrix: sp.csr_array) -> sp.csr_array:
-    """A symmetric matrix from one of its triangles."""
+    """Symmetric matrix from one of its triangles."""
     lower, upper = sp.tril(matrix, -1), sp.triu(matrix, 1)
     if lower.nnz and upper.nnz:
-        # Some versions of ANSYS call a matrix symmetric and write both halves.
+        # Some versions of ANSYS mark a matrix as symmetric but write both triangles.
         return matrix
     return sp.csr_array(matrix + (lower + upper).T)
 
 
 def refuse_size(path: Path, rows: int) -> None:
-    """Refuse a number of rows or columns that a file cannot fill, before memory is taken for them.
+    """Refuse a number of rows or columns that is too large for the file, before memory is allocated.
 
     Raises
     ------
     MatrixFileError
-        It has fewer bytes than rows.
+        The file has fewer bytes than rows or columns.
     """
     size = path.stat().st_size
     if abs(rows) > size:
@@ -71,12 +71,12 @@ def refuse_size(path: Path, rows: int) -> None:
 
 
 def refuse_truncated_number(path: Path) -> None:
-    """Refuse a text whose last line has no end: its last number may be a part of one.
+    """Refuse a text file without a line end after its last line: its last number may be cut off.
 
     Raises
     ------
     MatrixFileError
-        It has none.
+        The line end is missing.
     """
     with path.open("rb") as stream:
         if stream.seek(0, 2) and stream.seek(-1, 2) >= 0 and stream.read() not in {b"\n", b"\r"}:
@@ -85,24 +85,24 @@ def refuse_truncated_number(path: Path) -> None:
             )
 
 
-#: "1.5-103" is 1.5e-103 where the exponent needed three digits.
+#: Exponent of three digits without its letter: "1.5-103" is 1.5e-103.
 _BARE_EXPONENT = re.compile(r"(?<=[\d.])([+-]\d+)$")
 
 
 def read_fortran_real(text: str) -> float:
-    """A real number such as 1.5, 1.5D+03 or 1.5-103.
+    """Read a real number such as 1.5, 1.5D+03 or 1.5-103.
 
     Raises
     ------
     ValueError
-        No number.
+        A text that is not a number.
     """
     plain = text.strip().upper().replace("D", "E")
     return float(plain if "E" in plain else _BARE_EXPONENT.sub(r"E\1", plain))
 
 
 def columns(lines: list[str], width: int) -> list[str]:
-    """Entries of lines, in columns of a fixed width; what is blank is none."""
+    """Entries of lines in columns of fixed width, without blank entries."""
     result = []
     for line in lines:
         text = line.rstrip()
@@ -111,7 +111,7 @@ def columns(lines: list[str], width: int) -> list[str]:
 
 
 def read_reals(entries: list[str]) -> Float[NDArray[np.float64], " n"]:
-    """Real numbers from their texts, by Python's own conversion where it can."""
+    """Real numbers from their texts; Python's conversion is tried first because it is fast."""
     try:
         return np.fromiter(map(float, entries), dtype=np.float64, count=len(entries))
     except ValueError:

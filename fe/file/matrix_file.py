@@ -1,4 +1,4 @@
-"""One sparse matrix from a file of another program, whose format follows from its suffix and content."""
+"""Read one sparse matrix from a file of another program; suffix and content give the format."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +13,7 @@ from fe.file.registry import format_of, suffixes
 
 @dataclass(frozen=True, kw_only=True)
 class MatrixSource:
-    """Source of a matrix.
+    """File of a matrix, and its name in the file.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ class MatrixSource:
         File of one of the formats in `fe.file.matrix`: MatrixMarket, Harwell-Boeing, Nastran's OUTPUT4 and DMIG cards,
         CalculiX, Abaqus, sparse ``.npz``.
     name
-        In a file of several matrices, which one; empty for the only one.
+        Name of the matrix in a file of several matrices; empty for the only matrix of a file.
     """
 
     file: Path
@@ -34,8 +34,8 @@ def read_matrix(source: MatrixSource) -> FileMatrix:
     Raises
     ------
     MatrixFileError
-        A file that is missing, damaged or of another kind, a name that it does not hold, or a matrix that is not
-        square, not real or not finite.
+        A file that is missing, damaged or of another kind, a matrix name that is not in the file, or a matrix that is
+        not square, not real or not finite.
     """
     path = source.file
     require_file(path)
@@ -56,12 +56,12 @@ def read_matrix(source: MatrixSource) -> FileMatrix:
 
 
 def require_file(path: Path) -> None:
-    """Refuse a file that is not there.
+    """Refuse a path that is not an existing file.
 
     Raises
     ------
     MatrixFileError
-        Nothing of that name, or a folder.
+        A missing file, or a folder.
     """
     if path.is_dir():
         raise MatrixFileError(f'"{path}" is a folder: name a file in it')

@@ -14,18 +14,18 @@ from fe.errors import MeshError
 from fe.mesh import Mesh
 from geometry.errors import InputWarning
 
-#: An axis named "_" may differ from one array to the next.
+#: The length of an axis named "_" may differ between arrays.
 Indices = Int[NDArray[np.int64], " _"]
 Faces = Int[NDArray[np.int64], "_ 2"]
 
-#: Cell types of points, curves and surfaces by how their name begins: they carry sets and are then dropped.
+#: Prefixes of the names of surface cells, and of all point, curve and surface cells: they define sets and are dropped.
 SURFACES = ("triangle", "quad", "polygon")
 LOWER_DIMENSIONAL = ("vertex", "line", *SURFACES)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FileMesh:
-    """Points, blocks of cells of any dimension and named sets, as one file lists them.
+    """Points, blocks of cells of any dimension and named sets of a mesh file.
 
     Parameters
     ----------
@@ -34,13 +34,13 @@ class FileMesh:
     blocks
         Pairs of meshio cell type and node numbers (n_cell, n_node_of_cell), in the order of the file.
     node_sets, cell_sets
-        Node numbers, and cell numbers through all blocks, by name [-].
+        Node numbers, and cell numbers counted over all blocks, by name [-].
     face_sets
-        Cell number through all blocks and local face by name, each (k, 2) [-].
+        Cell number counted over all blocks and local face by name, each (k, 2) [-].
     labels
-        The number that the file itself gives to each cell, if it gives one, shape (n_cell,) [-].
+        Cell labels of the file, if it has them, shape (n_cell,) [-].
     left_out
-        Parts of the model in the file that no cell or set stands for, such as "*TIE".
+        Parts of the model in the file that are not read, such as "*TIE".
     """
 
     points: Float[NDArray[np.float64], "point 3"]
@@ -55,28 +55,28 @@ class FileMesh:
 def make_solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float) -> tuple[Mesh, Indices | None]:
     """Keep the solid cells and their nodes, and turn sets of surface, curve and point cells into face or node sets.
 
-    Nodes that no solid cell uses are dropped, and all sets renumbered. A named set of surface cells becomes a face set
-    if each one of them is a face of a solid cell, else the set of its nodes, with a warning. Another one tells what
-    else of the file is left out.
+    Nodes that no solid cell uses are dropped, and all sets are renumbered. A named set of surface cells becomes a face
+    set if all of them are faces of solid cells, else the set of its nodes, with a warning. Another warning lists the
+    parts of the model that are not read.
 
     Parameters
     ----------
     file_mesh
         Content of the file.
     source
-        Name of the file, for refusals.
+        Name of the file, for messages.
     length_unit_in_metre
         The file's unit of length [m].
 
     Returns
     -------
-    The mesh, and the file's own number of each of its cells, if there is one.
+    The mesh, and the file's label of each of its cells, if the file has labels.
 
     Raises
     ------
     MeshError
-        Cells of a type that is no element here, no solid cells, linear and quadratic cells that touch, two cells on the
-        same nodes, or node numbers that point at nothing.
+        Cells of an unsupported type, no solid cells, linear and quadratic cells that touch, two cells on the same
+        nodes, or node numbers that do not exist.
     """
     _refuse_other_solids(file_mesh, source)
     _refuse_nonfinite_points(file_mesh, source)
@@ -136,7 +136,7 @@ def _is_solid(cell_type: str) -> bool:
 
 
 def _keep_numbered(new: Indices, old: Indices) -> Indices:
-    """New numbers of those that have one, each once, in their order: the order of stations on a line has a meaning."""
+    """New numbers of the kept items, each once and in the old order, because stations on a line are ordered."""
     _, first = np.unique(old, return_index=True)
     kept = new[old[np.sort(first)]]
     return np.asarray(kept[kept >= 0])
@@ -148,7 +148,7 @@ def _refuse_other_solids(file_mesh: FileMesh, source: str) -> None:
         count[cell_type] = count.get(cell_type, 0) + len(nodes)
     wanted = " or ".join(sorted(ELEMENTS))
     if count.get("tetra") and "tetra" not in ELEMENTS:
-        # On a clamped blade they were 30 to 90 % too stiff at any affordable size.
+        # A clamped blade of such cells was 30 to 90 % too stiff at any affordable size.
         raise MeshError(
             f"mesh file {source} has {count['tetra']} tetra cells of 4 nodes, which are far too stiff in bending: "
             'convert them to 10 nodes ("second order") in the program that made them'
@@ -156,7 +156,7 @@ def _refuse_other_solids(file_mesh: FileMesh, source: str) -> None:
     unsupported = {t: n for t, n in count.items() if _is_solid(t) and t not in ELEMENTS and n}
     if unsupported:
         listed = ", ".join(f"{n} {cell_type}" for cell_type, n in unsupported.items())
-        # Between linear hexahedra they are what a mesher fills corners with.
+        # A mesher fills corners between linear hexahedra with wedges and pyramids.
         why = ", which are far too stiff in bending" if set(unsupported) <= {"wedge", "pyramid"} else ""
         raise MeshError(
             f"mesh file {source} has cells that are not supported ({listed}{why}): remesh with {wanted} only"
@@ -188,7 +188,7 @@ def _refuse_nonfinite_points(file_mesh: FileMesh, source: str) -> None:
 
 
 def _refuse_mixed_order(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], source: str) -> None:
-    """Where linear cells touch quadratic ones, or quadrilaterals lie on triangles, the model would tear open."""
+    """Refuse linear cells that touch quadratic ones, and quadrilaterals on triangles: gaps would open between them."""
     types = list(cells)
     for k, first in enumerate(types):
         for second in types[k + 1 :]:
@@ -213,7 +213,7 @@ def _is_quadrilateral_on_triangles(
 
 
 def _refuse_duplicate_cells(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], source: str) -> None:
-    """Two cells on the same nodes, in another order, would count their stiffness and mass twice."""
+    """Refuse two cells on the same nodes in another order: their stiffness and mass would be counted twice."""
     n_duplicate = sum(len(nodes) - len(_find_distinct(np.sort(nodes, axis=1))[0]) for nodes in cells.values())
     if n_duplicate:
         raise MeshError(
@@ -222,9 +222,9 @@ def _refuse_duplicate_cells(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], 
 
 
 def _gather_solid_cells(file_mesh: FileMesh) -> tuple[dict[str, Int[NDArray[np.int64], "_ _"]], Indices]:
-    """Solid cells gathered by type, and the mesh's number of each cell of the file (-1 for the others).
+    """Solid cells by type, and the mesh's number of each cell of the file (-1 if it is not solid).
 
-    A cell that the file repeats, node by node, is one cell: MSH 2 writes it once for each group that it belongs to.
+    Cells with the same nodes in the same order are one cell: MSH 2 repeats a cell for each group that it belongs to.
     """
     starts = np.cumsum([0, *(len(nodes) for _, nodes in file_mesh.blocks)])
     number = np.full(starts[-1], -1)
@@ -244,7 +244,7 @@ def _gather_solid_cells(file_mesh: FileMesh) -> tuple[dict[str, Int[NDArray[np.i
 
 
 def _find_distinct(cells: Int[NDArray[np.int64], "cell node"]) -> tuple[Int[NDArray[np.int64], "kept node"], Indices]:
-    """Each row once, in the order of first appearance, and the place of every row among them."""
+    """Distinct rows in the order of first appearance, and the index of every row among them."""
     rows = np.ascontiguousarray(cells).view(f"V{cells.dtype.itemsize * cells.shape[1]}").ravel()
     _, first, which = np.unique(rows, return_index=True, return_inverse=True)
     order = np.argsort(first)
@@ -267,7 +267,7 @@ def _match_faces(
     cells: Mapping[str, Int[NDArray[np.int64], "_ _"]],
     surfaces: list[tuple[str, Int[NDArray[np.int64], "_ _"]]],
 ) -> Faces | None:
-    """The face of a solid cell under each surface cell, or None if one of them lies on none."""
+    """Face of a solid cell at each surface cell, or None if a surface cell does not lie on a face of a solid cell."""
     if not all(cell_type.startswith(("quad", "triangle")) for cell_type, _ in surfaces):
         return None
     wanted = [
@@ -283,7 +283,7 @@ def _match_faces(
         for local, corners in enumerate(ELEMENTS[cell_type].corner_faces):
             here = np.flatnonzero(touched[:, corners].all(axis=1))
             for cell, key in zip(here.tolist(), np.sort(nodes[here][:, corners], axis=1).tolist(), strict=True):
-                # A face inside the body belongs to two cells: the first one keeps it.
+                # A face inside the body belongs to two cells: the first cell is used.
                 known.setdefault(tuple(key), (start + cell, local))
         start += len(nodes)
     result = [known.get(corners) for corners in wanted]

@@ -1,8 +1,8 @@
-"""Mesh files in and out: VTK unstructured grid (.vtu), Abaqus and CalculiX deck (.inp), Gmsh mesh (.msh).
+"""Read and write mesh files: VTK unstructured grid (.vtu), Abaqus and CalculiX deck (.inp), Gmsh mesh (.msh).
 
-Nastran bulk data (.bdf, .nas) is read alone.
+Nastran bulk data (.bdf, .nas) are read only.
 
-What each format carries:
+Content of each format:
 
 ======  =============  ==========================  =========================  =======================
 format  cell sets      face sets                   node sets                  fields at nodes
@@ -13,7 +13,7 @@ format  cell sets      face sets                   node sets                  fi
 .bdf    properties     shells on solid elements    ``SET1``, ``SPC1``         no
 ======  =============  ==========================  =========================  =======================
 
-Sets without members survive in no format. Files carry no unit of length: say it when reading; files written here are in
+No format keeps sets without members. Files contain no unit of length: the reader is given it. Files written here are in
 metres.
 """
 
@@ -68,7 +68,7 @@ def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> M
 
 
 def require_mesh_file(file: Path) -> None:
-    """Refuse what cannot be a mesh file, before it is opened.
+    """Refuse a path that is not a mesh file, before it is opened.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def require_mesh_file(file: Path) -> None:
 
 
 def make_opening_error(file: Path, error: OSError) -> MeshError:
-    """The refusal of a file, or of one that it includes, that the system does not open."""
+    """Error for a file, or a file that it includes, that the system cannot open."""
     named = f"{error.filename}: " if error.filename and Path(str(error.filename)) != file else ""
     return MeshError(f"mesh file {file} cannot be opened ({named}{error.strerror}): check that you may read it")
 
@@ -98,14 +98,14 @@ def write_mesh(
     mesh
         The mesh.
     path
-        File of a format that is written, by its suffix: .vtu, .inp, .msh; one that exists is replaced.
+        File to write; its suffix gives the format: .vtu, .inp, .msh. An existing file is replaced.
     point_data
         Fields at the nodes by name, each (n_node,) or (n_node, 3).
 
     Raises
     ------
     MeshError
-        An unknown suffix, a field or a set name that the format cannot carry, or a file that cannot be written.
+        An unknown suffix, a field or set name that the format cannot store, or a file that cannot be written.
     """
     file = Path(path)
     _refuse_suffix(file, suffixes(MESH_FORMATS, written=True))

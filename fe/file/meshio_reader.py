@@ -1,4 +1,4 @@
-"""meshio as a reader that cannot end the program: what it prints becomes a refusal."""
+"""Read files with meshio; its messages and its attempts to exit the program become a `MeshError`."""
 
 import contextlib
 import io
@@ -12,12 +12,12 @@ FORMATS = {"vtu": "VTK unstructured grid (.vtu)", "gmsh": "Gmsh mesh (.msh)"}
 
 
 def import_meshio() -> Any:
-    """Imported late, because it takes half a second and half the numerical work needs no file."""
+    """Import meshio only when it is needed, because the import takes half a second."""
     import meshio
     from meshio._common import num_nodes_per_cell
     from meshio._mesh import topological_dimension
 
-    # Its table of dimensions lacks the serendipity wedge and pyramid, which it reads and writes otherwise.
+    # meshio reads and writes the serendipity wedge and pyramid, but its table of dimensions lacks them.
     for cell_type in num_nodes_per_cell:
         if cell_type.startswith(("wedge", "pyramid")):
             topological_dimension.setdefault(cell_type, 3)
@@ -25,14 +25,14 @@ def import_meshio() -> Any:
 
 
 def read_with_meshio(path: Path, file_format: str) -> Any:
-    """Read one file as meshio's own mesh.
+    """Read one file as a meshio mesh.
 
     Parameters
     ----------
     path
         The file.
     file_format
-        "vtu" or "gmsh": meshio's guess from ".msh" would be ANSYS.
+        Format: "vtu" or "gmsh"; meshio would read ".msh" as a file of ANSYS.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def read_with_meshio(path: Path, file_format: str) -> Any:
             # numpy only warns where a text file ends in the middle of its numbers.
             warnings.filterwarnings("error", message=".*string or file could not be read")
             result = getattr(meshio, file_format).read(str(path))
-    # Damaged files raise anything from AssertionError to zlib.error, and some readers leave through SystemExit.
+    # Damaged files raise anything from AssertionError to zlib.error, and some readers raise SystemExit.
     except (Exception, SystemExit) as error:
         raise _make_reading_error(path, file_format, f"{type(error).__name__} {error}".strip()) from error
     if output.getvalue().strip():
@@ -55,7 +55,7 @@ def read_with_meshio(path: Path, file_format: str) -> Any:
 
 
 def _make_reading_error(path: Path, file_format: str, reason: str) -> MeshError:
-    # One line, without the frames and colours of a terminal message.
+    # One line: meshio's message is formatted for a terminal.
     output = " ".join(reason.split())[:200].rstrip(" .:")
     return MeshError(
         f"mesh file {path} cannot be read as {FORMATS[file_format]} ({output}): "

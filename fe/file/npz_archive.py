@@ -1,4 +1,4 @@
-"""Arrays in an ``.npz`` file, whose sizes are compared with its bytes before memory is taken for them."""
+"""Read arrays of an ``.npz`` file; sizes are checked against the bytes of the file before memory is allocated."""
 
 import sys
 import zipfile
@@ -10,7 +10,8 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-#: Deflate makes a thousand bytes of one at most (RFC 1951: 258 bytes of two bits); other methods are not written.
+#: Largest ratio of uncompressed to compressed bytes: Deflate reaches about a thousand (RFC 1951: 258 bytes from two
+#: bits); NumPy writes no other method.
 HIGHEST_RATIO = 1100
 _SUFFIX = ".npy"
 
@@ -20,7 +21,7 @@ class NpzError(ValueError):
 
 
 class ObjectArray(NpzError):
-    """An array of Python objects, which are never read."""
+    """Error for an array of Python objects, which is never read."""
 
 
 def read_npz_headings(path: Path) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
@@ -29,19 +30,19 @@ def read_npz_headings(path: Path) -> dict[str, tuple[tuple[int, ...], np.dtype[A
     Raises
     ------
     NpzError
-        No archive of arrays, or one with an array that cannot be in it.
+        A file that is not an archive of arrays, or an array whose announced size does not fit the file.
     """
     with _open(path) as archive:
         return {name: _read_heading(archive, path, name) for name in _list_names(archive)}
 
 
 def read_npz(path: Path, names: Collection[str] | None = None) -> Mapping[str, NDArray[Any]]:
-    """Arrays by name; all of them by default.
+    """Read arrays by name, all arrays by default.
 
     Raises
     ------
     NpzError
-        As `read_npz_headings`, or an array that is damaged.
+        As in `read_npz_headings`, or a damaged array.
     ObjectArray
         An array of Python objects.
     """
@@ -55,13 +56,13 @@ def read_npz(path: Path, names: Collection[str] | None = None) -> Mapping[str, N
                 try:
                     with archive.open(name + _SUFFIX) as member:
                         result[name] = _check_text(npy.read_array(member, allow_pickle=False))
-                except Exception as error:  # a dozen kinds, depending on which byte is damaged
+                except Exception as error:  # many kinds, depending on the damaged byte
                     raise NpzError(f'its array "{name}" is damaged ({type(error).__name__})') from None
         return result
 
 
 def _check_text(array: NDArray[Any]) -> NDArray[Any]:
-    """An array whose texts are of letters that there are: Python does not check numbers in memory."""
+    """Array whose texts contain valid code points only; NumPy does not check them."""
     if array.dtype.kind == "U" and array.dtype.itemsize:
         codes = np.ascontiguousarray(array).view(np.uint8).view(array.dtype.newbyteorder("=").str[0] + "u4")
         if array.size and codes.astype(np.uint32).max() > sys.maxunicode:
@@ -81,7 +82,7 @@ def _list_names(archive: zipfile.ZipFile) -> list[str]:
 
 
 def _read_heading(archive: zipfile.ZipFile, path: Path, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Shape and type that the heading of an array announces, and that its bytes can hold."""
+    """Shape and type in the heading of an array, checked against the bytes of the array."""
     info = archive.getinfo(name + _SUFFIX)
     try:
         with archive.open(info) as member:
@@ -89,7 +90,7 @@ def _read_heading(archive: zipfile.ZipFile, path: Path, name: str) -> tuple[tupl
             heading: Any = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
             shape, _, kind = heading(member)
             behind = info.file_size - member.tell()
-    except Exception as error:  # a dozen kinds, depending on which byte is damaged
+    except Exception as error:  # many kinds, depending on the damaged byte
         raise NpzError(f'its array "{name}" is damaged ({type(error).__name__})') from None
     size = int(np.prod(shape, dtype=object)) * kind.itemsize
     fits = info.compress_size <= path.stat().st_size and info.file_size <= HIGHEST_RATIO * (info.compress_size + 1)

@@ -1,4 +1,4 @@
-"""File formats, found by suffix and content; their registries are in their packages."""
+"""File formats, found by suffix and content; their registries are in `fe.file.mesh` and `fe.file.matrix`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,22 +9,22 @@ from geometry.registry import Registry
 
 Content = TypeVar("Content")
 Format: TypeAlias = "FileFormat[Any]"
-#: Bytes from the beginning of a file by which formats of one suffix are told apart.
+#: Number of bytes at the beginning of a file that distinguish formats of the same suffix.
 HEAD = 4096
 
 
 @dataclass(frozen=True, kw_only=True)
 class FileMaterial:
-    """An elastic material as a mesh file gives it, in the file's own units.
+    """Elastic material from a mesh file, in the units of the file.
 
     Parameters
     ----------
     name
-        Its name, or its number as text.
+        Name of the material, or its number as text.
     young, poisson, density
-        None where the file does not say.
+        Young's modulus, Poisson's ratio and density; None where the file has no value.
     obstacle
-        Why it is no isotropic elastic material, such as "is orthotropic"; empty if it is one.
+        Reason why the material is not isotropic and elastic, such as "is orthotropic"; empty if it is.
     """
 
     name: str
@@ -36,25 +36,27 @@ class FileMaterial:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FileFormat(Generic[Content]):
-    """One format of files.
+    """File format.
 
     Parameters
     ----------
     name
         Short name ("gmsh").
     suffixes
-        Endings of its files, lower case (".msh").
+        Suffixes of its files, lower case (".msh").
     recognise
-        Whether the first `HEAD` bytes of a file are those of this format; asked where formats share a suffix.
+        Function that returns whether the first `HEAD` bytes of a file are of this format; called where formats share a
+        suffix.
     read
-        Content of a file. A mesh format gives a `FileMesh`; a matrix format the `FileMatrix` of each name, or one of
-        the name "". A file that is damaged, or of another kind, is an `InputError` with the remedy: a `MeshError` or a
-        `MatrixFileError`.
+        Function that returns the content of a file: a `FileMesh` for a mesh format; for a matrix format each
+        `FileMatrix` by its name, or a single one with the name "". A file that is damaged or of another kind raises an
+        `InputError` with the remedy: a `MeshError` or a `MatrixFileError`.
     write
-        For a mesh format, a function of `Mesh`, path and fields at the nodes by name, each (n_node, ...); None where
-        the format is only read.
+        For a mesh format, a function of `Mesh`, path and fields at the nodes by name, each (n_node, ...); None if the
+        format is only read.
     materials
-        For a mesh format, the materials of the solid cells of a file; None where files carry none.
+        For a mesh format, a function that returns the materials of the solid cells of a file; None if files contain
+        no materials.
     """
 
     name: str
@@ -66,7 +68,7 @@ class FileFormat(Generic[Content]):
 
 
 def format_registry(what: str) -> Registry[Format]:
-    """Formats of what is "mesh" or "matrix": the modules of the package `fe.file.mesh` or `fe.file.matrix`."""
+    """Registry of the "mesh" or "matrix" formats: the modules of the package `fe.file.mesh` or `fe.file.matrix`."""
     registry: Registry[Format]
 
     def wrong(given: Format) -> str | None:
@@ -94,7 +96,7 @@ def suffixes(formats: Registry[FileFormat[Content]], *, written: bool = False) -
 
 
 def format_of(formats: Registry[FileFormat[Content]], file: Path) -> FileFormat[Content]:
-    """The format of an existing file whose suffix is one of `suffixes`: of several, the one that recognises it."""
+    """Format of an existing file by its suffix; of several formats, the one that recognises the file."""
     result = [item for item in formats if file.suffix.lower() in item.suffixes]
     if len(result) > 1:
         with file.open("rb") as opened:

@@ -15,26 +15,26 @@ from fe.mesher.groove_section import PAD_COLUMNS, GroovePlan
 from fe.mesher.mesh_rule import SMALLEST_STEP, MeshRule, check_counts, count_elements
 from geometry.blade import Blade, contact_lines, named_points
 
-#: Columns of blocks across the chord, from leading to trailing edge; the inner three carry the pads.
+#: Columns of blocks across the chord, from leading to trailing edge; the pads are on the inner three.
 COLUMNS = ("root_left", "bevel_left", "lip_left", "groove", "lip_right", "bevel_right", "root_right")
-#: How much of the pad's width its three columns keep at the top of the pad and at the foot of the band below it.
+#: Width of the middle column, as a fraction of the pad's width, at the top of the pad and at the foot of the band.
 TOP_WIDTH, FOOT_WIDTH = 0.8, 0.36
 
 
 @dataclass(frozen=True, kw_only=True)
 class PadMesh:
-    """Elements of the pads; the same in every model of a study, so that contact and local compliance are the same.
+    """Numbers of elements of the pads; equal in all models of a study to keep contact and local compliance equal.
 
     Parameters
     ----------
     along_contact
-        Along the contact line [-]; a multiple of 6 puts the 7 stations on corner nodes.
+        Number along the contact line [-]; a multiple of 6 puts the 7 stations on corner nodes.
     across_groove, across_lip
-        Across the groove, an even number so that its crest runs along nodes, and across each lip beside it [-].
+        Number across the groove, even so that its crest runs along nodes, and number across each lip beside it [-].
     above_groove
-        From the groove to the top of the pad [-].
+        Number from the groove to the top of the pad [-].
     band, band_height
-        Elements [-] and height [m] of the band below the pad, in which the columns straighten.
+        Number of elements [-] and height [m] of the band below the pad, in which the columns become straight.
     """
 
     along_contact: int = 6
@@ -66,7 +66,7 @@ def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None, layer:
     pads
         Elements in the pads.
     layer
-        Height that the nearest layer of nodes below the pads is moved to, such as that of a point where a force acts;
+        Height to which the nearest layer of nodes below the pads is moved, such as that of a point where a force acts;
         no layer is moved by default [m].
 
     Returns
@@ -78,8 +78,8 @@ def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None, layer:
     Raises
     ------
     MeshError
-        The contact stations are not on corner nodes; the band below the pads does not fit; or the root block is no
-        thicker than the blade, whose bevelled edges would then leave cells without thickness.
+        The contact stations are not on corner nodes; the band below the pads does not fit; or the root block is not
+        thicker than the blade, so that cells beside the bevelled edges would have no thickness.
     """
     if blade.root_thickness - blade.thickness < SMALLEST_STEP:
         raise MeshError(
@@ -144,16 +144,16 @@ class _BladeBlocks:
         self.columns = [c for c in COLUMNS if c in PAD_COLUMNS or self.edges[c][1] - self.edges[c][0] > SMALLEST_STEP]
 
     def _level(self, height: float | None) -> tuple[float, float]:
-        """The layer of nodes nearest to a height, as a share of the layers between root and pads, and that height.
+        """Position of the layer of nodes nearest to a height, as a fraction from root to band, and the height.
 
-        What is nearer to the root or to the pads than to a layer between is met by the layer there.
+        The fraction is 0, and no layer is moved, if the root or the band is nearer than a layer between them.
         """
         n, (bottom, top) = self.row_counts["lower"], self.rows["lower"]
         number = 0 if height is None else round((height - bottom) / (top - bottom) * n)
         return (number / n, float(height)) if height is not None and 0 < number < n else (0.0, bottom)
 
     def planform(self) -> list[Block]:
-        """Blade and core of the root block, one element row through the thickness a layer."""
+        """Blade and core of the root block, with `through` elements through the thickness."""
         blocks = []
         for column, row in product(self.columns, self.rows):
             if column.startswith("root") and row != "root":
@@ -165,12 +165,12 @@ class _BladeBlocks:
         return blocks
 
     def section(self, plan: PlanMap, u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
-        """Map of a block through the blade's section."""
+        """Map of a block through the thickness of the blade."""
         x, z = plan(u, v)
         return x, (2 * w - 1) * self.half_thickness(x), z
 
     def root_layers(self) -> list[Block]:
-        """The parts of the root block in front of and behind the blade's section."""
+        """Parts of the root block in front of and behind the blade's section."""
         blocks = []
         for column, side in product(self.columns, (1, -1)):
             plan = self.plan(column, "root", self.blade.thickness / 2)
@@ -205,7 +205,7 @@ class _BladeBlocks:
         return blocks
 
     def half_thickness(self, x: Lattice) -> Lattice:
-        """Half of the blade's thickness at x: bevelled edges, and the edge's thickness beyond the chord."""
+        """Half of the blade's thickness at x, with bevelled edges; half the edge's thickness beyond the chord."""
         blade = self.blade
         if blade.chord - blade.flat_width < SMALLEST_STEP:
             return np.full_like(x, blade.thickness / 2)

@@ -1,4 +1,4 @@
-"""A mesh from blocks: each block is a smooth map of the unit cube, sampled where the element has its nodes."""
+"""Mesh of blocks: each block is a smooth map of the unit cube, sampled at the nodes of the elements."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,7 +21,7 @@ Map = Callable[[Lattice, Lattice, Lattice], Coordinates]
 Interval = tuple[float, float]
 #: Names of the six sides of the unit cube, in the order of the faces of a hexahedron.
 SIDES = ("u0", "u1", "v0", "v1", "w0", "w1")
-#: Nodes closer than this are one [m].
+#: Distance below which nodes are joined [m].
 COINCIDENT = 1e-9
 
 
@@ -32,9 +32,9 @@ class Block:
     Parameters
     ----------
     shape
-        Maps u, v, w in [0, 1] (arrays of one shape) to x, y, z [m].
+        Map from u, v, w in [0, 1] (arrays of one shape) to x, y, z [m].
     counts
-        Cells along u, v and w [-].
+        Numbers of cells along u, v and w [-].
     faces
         Names for sides of the block: "u0", "u1", "v0", "v1", "w0", "w1" -> face set.
     """
@@ -55,7 +55,7 @@ class Block:
 
 
 def subdivide(blocks: Sequence[Block], times: int) -> list[Block]:
-    """The same blocks with every cell cut into times^3: the meshes of 1, 2, 4, ... are nested."""
+    """Blocks with every cell divided into times^3 cells; the meshes of 1, 2, 4, ... are nested."""
     return [
         replace(block, counts=(block.counts[0] * times, block.counts[1] * times, block.counts[2] * times))
         for block in blocks
@@ -65,21 +65,22 @@ def subdivide(blocks: Sequence[Block], times: int) -> list[Block]:
 def mesh_blocks(blocks: Sequence[Block], element: Element) -> Mesh:
     """Cells of all blocks, joined where their nodes coincide; for tetrahedra each hexahedron is cut into six.
 
-    The map is sampled at half-cell steps, so midside nodes lie on it: on a curved side they are on the surface itself.
+    The map is sampled at half-cell steps, so that midside nodes on a curved side lie exactly on the surface.
 
     Parameters
     ----------
     blocks
-        Conforming blocks: shared sides have the same lattice.
+        Conforming blocks: common sides have the same lattice.
     element
         Any element.
 
     Raises
     ------
     MeshError
-        A block without cells, or one that collapses onto itself.
+        A block without cells, or a block with coincident nodes in a cell.
     """
-    # Tetrahedra need every node of the half-cell lattice: diagonals have their middles at its centres.
+    # Tetrahedra need all nodes of the half-cell lattice, because the middles of diagonals lie at centres of sides and
+    # cells.
     used = np.unique(element.from_brick(np.arange(len(BRICK))[None])[1])
     points, cells = [], []
     face_sets: dict[str, list[NDArray[np.int64]]] = {}
@@ -111,7 +112,7 @@ def mesh_blocks(blocks: Sequence[Block], element: Element) -> Mesh:
 
 
 def _number_sides(element: Element, places: Int[NDArray[np.int64], "cell node"]) -> Int[NDArray[np.int64], "cell face"]:
-    """The side of its brick that each face of a cell lies on, -1 for none."""
+    """Side of the brick on which each face of a cell lies, -1 for faces inside the brick."""
     side = np.full((len(places), len(element.faces)), -1)
     for local, corners in enumerate(element.corner_faces):
         on = BRICK[places[:, corners]]
@@ -124,14 +125,14 @@ def _number_sides(element: Element, places: Int[NDArray[np.int64], "cell node"])
 def _make_lattice_cells(
     block: Block, offsets: Int[NDArray[np.int64], "node 3"]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], bool]:
-    """Half-cell lattice points, the cells on it, and whether the map was left-handed."""
+    """Points of the half-cell lattice, the cells, and whether the map is left-handed."""
     u, v, w = np.meshgrid(*(np.linspace(0, 1, 2 * count + 1) for count in block.counts), indexing="ij")
     lattice = np.stack(np.broadcast_arrays(*block.shape(u, v, w)), axis=-1).astype(np.float64)
     edges = np.stack([lattice[2, 0, 0], lattice[0, 2, 0], lattice[0, 0, 2]]) - lattice[0, 0, 0]
     mirrored = bool(np.linalg.det(edges) < 0)
     offset = offsets.copy()
     if mirrored:
-        # Turning w round makes the cells right-handed; the local z faces swap with it.
+        # Reversing w makes the cells right-handed; it also exchanges the two local z faces.
         offset[:, 2] = 2 - offset[:, 2]
     first = 2 * np.stack(np.unravel_index(np.arange(np.prod(block.counts)), block.counts), axis=1)
     node = first[:, None, :] + offset

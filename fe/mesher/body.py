@@ -1,4 +1,4 @@
-"""Bodies as meshes: from blocks in own axes to where a body stands, and several bodies as one mesh."""
+"""Meshes of bodies: from blocks in local axes to a mesh at its placement, and several bodies as one mesh."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -30,15 +30,15 @@ def mesh_body(
     Parameters
     ----------
     blocks
-        In the body's own axes; mirrored ones are turned right.
+        Blocks in the body's local axes; cells of mirrored blocks are made right-handed.
     element
         Any element; tetrahedra are cut from the hexahedra.
     points, lines
-        Points and lines that get node sets, in the body's own axes [m].
+        Points and lines that get node sets, in the body's local axes [m].
     placement
-        Placement in the rig; the body's own axes by default.
+        Placement in the rig; the body's local axes by default.
     subdivisions
-        Each element is cut into this many along each edge [-].
+        Number of parts into which each element is divided along each edge [-].
 
     Raises
     ------
@@ -61,7 +61,7 @@ def _move_map(shape: Map, placement: Placement) -> Map:
 
 
 def join_meshes(meshes: Mapping[str, Mesh]) -> Mesh:
-    """Several bodies as one mesh, its nodes and cells in their order.
+    """Join meshes of several bodies to one mesh; nodes and cells are in the order of the bodies.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def join_meshes(meshes: Mapping[str, Mesh]) -> Mesh:
     Raises
     ------
     MeshError
-        Cells of several types: they are numbered type by type, so that those of a body would not stay together.
+        Cells of several types: cells are numbered by type, so that the cells of a body would not be consecutive.
     """
     kinds = sorted({cell_type for mesh in meshes.values() for cell_type in mesh.cells})
     if len(kinds) != 1:

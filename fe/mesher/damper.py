@@ -15,24 +15,24 @@ from fe.mesher.mesh_rule import check_counts
 from geometry.damper import Damper, contact_lines, named_points
 from geometry.placement import Placement
 
-#: Half the side of the core over the damper's radius, and how much its sides bulge: cells then are as square as can be.
+#: Half the side of the core over the damper's radius, and bulge of its sides; chosen so that cells are nearly square.
 CORE, BULGE = 0.4, 0.25
 
 
 @dataclass(frozen=True, kw_only=True)
 class DamperMesh:
-    """Elements of a damper.
+    """Numbers of elements of a damper.
 
     Parameters
     ----------
     along_contact
-        Along each contact line [-]; a multiple of 6 puts the 7 stations on corner nodes.
+        Number along each contact line [-]; a multiple of 6 puts the 7 stations on corner nodes.
     along_cylinder
-        Along the cylinder, an even number so that the dead weight's point in its middle is a node [-].
+        Number along the cylinder, even so that the point of the dead weight in its middle is a node [-].
     around_quarter
-        Around a quarter of the circumference, an even number so that the crest runs along nodes [-].
+        Number around a quarter of the circumference, even so that the crest runs along nodes [-].
     across
-        From the core to the surface [-].
+        Number from the core to the surface [-].
     """
 
     along_contact: int = 6
@@ -68,9 +68,9 @@ def mesh_damper(
     cells
         Numbers of elements.
     placement
-        Placement in the rig; its own axes by default.
+        Placement in the rig; the local axes of the damper by default.
     subdivisions
-        Each element is cut into this many along each edge [-].
+        Number of parts into which each element is divided along each edge [-].
 
     Returns
     -------
@@ -93,7 +93,7 @@ def mesh_damper(
 
 
 def _make_blocks(damper: Damper, cells: DamperMesh) -> list[Block]:
-    """Core and quarters of each stretch along the axis."""
+    """Core and quarters of each part along the axis."""
     middle, contact_end, end = (
         damper.cylinder_length / 2,
         damper.cylinder_length / 2 + damper.shoulder,
@@ -119,7 +119,7 @@ def _make_blocks(damper: Damper, cells: DamperMesh) -> list[Block]:
 
 @dataclass(frozen=True, kw_only=True)
 class _Sweep:
-    """A stretch of the damper between two sections [m]."""
+    """Part of the damper between two sections [m]."""
 
     start: float
     stop: float
@@ -127,7 +127,7 @@ class _Sweep:
     stop_radius: float
 
     def along(self, w: Lattice) -> tuple[Lattice, Lattice]:
-        """Place on the axis and radius."""
+        """Position on the axis, and radius there."""
         return (
             self.start + (self.stop - self.start) * w,
             self.start_radius + (self.stop_radius - self.start_radius) * w,
@@ -140,7 +140,7 @@ class _Sweep:
         return radius * x, y, radius * z
 
     def quarter(self, turn: float, u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
-        """From the core's upper side (v = 0) to the surface (v = 1), turned about the axis."""
+        """Quarter from the core's upper side (v = 0) to the surface (v = 1), rotated about the axis."""
         y, radius = self.along(w)
         t = 2 * u - 1
         x, z = _map_core(t, np.ones_like(t))

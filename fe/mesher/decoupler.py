@@ -17,27 +17,29 @@ from fe.mesher.mesh_rule import SMALLEST_STEP, check_counts
 from geometry.decoupler import Decoupler, arm, contact_lines, named_points
 from geometry.placement import Placement
 
-#: How much of the width the groove's column takes at the top of the pad, at foot and head of the plate, in the arms.
+#: Width of the groove's column, as a fraction of the whole width, at the top of the pad, at the foot and at the head of
+#: the plate, and in the arms.
 TOP_WIDTH, FOOT_WIDTH, HEAD_WIDTH, ARM_WIDTH = 0.8, 0.36, 0.6, 0.4
 
 
 @dataclass(frozen=True, kw_only=True)
 class DecouplerMesh:
-    """Elements of a de-coupler.
+    """Numbers of elements of a de-coupler.
 
     Parameters
     ----------
     along_contact
-        Along the contact line [-]; a multiple of 6 puts the 7 stations on corner nodes.
+        Number along the contact line [-]; a multiple of 6 puts the 7 stations on corner nodes.
     across_groove, across_lip
-        Across the groove, an even number so that its crest runs along nodes, and across each lip beside it [-].
+        Number across the groove, even so that its crest runs along nodes, and number across each lip beside it [-].
     across_neck, beside_neck
-        Across the neck of an arm, an even number so that the middle of the load cell's end is a node, and across what
-        an arm has more on each side of it [-].
+        Number across the neck of an arm, even so that the middle of the load cell's end is a node, and number across
+        the thicker arm on each side of the neck [-].
     below_groove, above_pad
-        In the plate below the groove and above the pad [-]; of what two arms have across, the rest is between them.
+        Numbers of rows of the plate below the groove and above the pad; the plate has as many rows as both arms, and
+        the pad has the rest [-].
     through_plate, along_root, along_neck, along_arm, along_cell
-        Through the plate, from its back to the necks, and along the parts of an arm [-].
+        Numbers through the plate, from its back to the necks, and along the parts of an arm [-].
     """
 
     along_contact: int = 6
@@ -68,7 +70,7 @@ class DecouplerMesh:
 
     @property
     def across_arm(self) -> int:
-        """Across an arm [-]."""
+        """Number of elements across an arm [-]."""
         return self.across_neck + 2 * self.beside_neck
 
 
@@ -110,7 +112,7 @@ def mesh_decoupler(
 
 
 class _DecouplerBlocks:
-    """The blocks, column by column across the width."""
+    """Blocks, column by column across the width."""
 
     def __init__(self, decoupler: Decoupler, cells: DecouplerMesh) -> None:
         self.body, self.cells, self.arm = decoupler, cells, arm(decoupler)
@@ -123,13 +125,13 @@ class _DecouplerBlocks:
         )
         self.columns = dict(zip(PAD_COLUMNS, (cells.across_lip, cells.across_groove, cells.across_lip), strict=True))
         half, neck = decoupler.arm_thickness / 2, decoupler.neck_thickness / 2
-        #: Rows across an arm, from the inside out: offsets from its centre line, and how many cells each has.
+        #: Rows across an arm, from the inside out: two offsets from its centre line, and number of cells between them.
         self.neck_row = (-neck, neck, cells.across_neck)
         self.rows = [self.neck_row]
         if half - neck > SMALLEST_STEP:
             self.rows = [(-half, -neck, cells.beside_neck), *self.rows, (neck, half, cells.beside_neck)]
         self.n_across = sum(n for *_, n in self.rows)
-        # Arms that are no thicker than their necks have fewer rows; of the plate's each part has one at least.
+        # Arms that are not thicker than their necks have fewer rows; each part of the plate needs at least one row.
         self.n_low = min(cells.below_groove, 2 * self.n_across - 2)
         self.n_high = min(cells.above_pad, 2 * self.n_across - 1 - self.n_low)
         self.n_pad = 2 * self.n_across - self.n_low - self.n_high
@@ -148,7 +150,7 @@ class _DecouplerBlocks:
         return blocks
 
     def plate(self) -> list[Block]:
-        """From the section behind the pad to the straight rows from which the arms start."""
+        """Plate, from the section behind the pad to the straight rows at which the arms start."""
         n = (2 * self.n_across, self.cells.through_plate)
         return [
             Block(shape=partial(self.through_plate, column), counts=(n_column, *n))
@@ -188,7 +190,7 @@ class _DecouplerBlocks:
         return blocks
 
     def cell_rows(self) -> list[tuple[float, float, int]]:
-        """Rows across a load cell: an arm's, and one more on each side where the cell is thicker."""
+        """Rows across a load cell: the rows of an arm, and one more on each side if the cell is thicker."""
         half, wide = self.body.arm_thickness / 2, self.body.cell_thickness / 2
         if wide - half < SMALLEST_STEP:
             return self.rows
@@ -197,7 +199,7 @@ class _DecouplerBlocks:
     def stretch(
         self, side: int, ends: Interval, rows: Sequence[tuple[float, float, int]], n_along: int, faces: dict[str, str]
     ) -> list[Block]:
-        """A straight piece of an arm."""
+        """Blocks of a straight part of an arm."""
         return [
             Block(
                 shape=partial(self.piece, column, side, ends, (low, high)), counts=(n_column, n, n_along), faces=faces
@@ -209,7 +211,7 @@ class _DecouplerBlocks:
     def piece(
         self, column: str, side: int, along: Interval, across: Interval, u: Lattice, v: Lattice, w: Lattice
     ) -> Coordinates:
-        """Map of a straight block of an arm, between distances along it and off its centre line."""
+        """Map of a straight block of an arm, between two distances along its centre line and two offsets from it."""
         y, z = self.arm.point(along[0] + (along[1] - along[0]) * w, across[0] + (across[1] - across[0]) * v)
         return self.beside(column, side, u, y, z)
 
@@ -220,21 +222,21 @@ class _DecouplerBlocks:
         return start + (end - start) * v, body.top + (body.plate_top - body.top) * v
 
     def root(self, column: str, side: int, u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
-        """Map between the plate's back and a neck: the stub, which narrows to the arm's thickness."""
+        """Map of the stub between the plate's back and a neck, which narrows to the arm's thickness."""
         row = v * self.n_across
         far_y, far_z = self.arm.point(np.full_like(v, self.arm.stations[0]), self.offset(row))
         near_z = self.body.half_height * self.share(row)
         return self.beside(column, side, u, far_y * w, near_z + (far_z - near_z) * w)
 
     def beside(self, column: str, side: int, u: Lattice, y: Lattice, z: Lattice) -> Coordinates:
-        """From the middle of the plate's back to the body's axes."""
+        """Coordinates in the body's axes from those relative to the middle of the plate's back."""
         return self.groove.straight(column, u, ARM_WIDTH), self.body.plate_back + y, self.body.middle + side * z
 
     def offset(self, row: Lattice) -> Lattice:
-        """From the arm's centre line, at a number of rows from its inner face [m]."""
+        """Offset from the arm's centre line, at a number of rows from its inner face [m]."""
         edges = np.cumsum([0, *(n for *_, n in self.rows)])
         return np.interp(row, edges, [self.rows[0][0], *(high for _, high, _ in self.rows)])
 
     def share(self, row: Lattice) -> Lattice:
-        """The same as a share of the arm's thickness."""
+        """Distance from the arm's inner face at a number of rows, as a fraction of the arm's thickness [-]."""
         return self.offset(row) / self.body.arm_thickness + 0.5

@@ -10,23 +10,23 @@ from geometry.solid_skin import Facets
 Points = Float[NDArray[np.float64], "k 3"]
 Triangles = Int[NDArray[np.int64], "k 3"]
 
-#: Barycentric places inside a triangle that vote for a face: the middle, and towards each corner.
+#: Barycentric coordinates of the points in a triangle whose scores are averaged: the middle, and towards each corner.
 VOTERS = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / np.array([[3], [6], [6], [6]])
-#: Distance that a normal square to the face's counts as, in parts of the triangle's size.
+#: Distance that is added for a normal perpendicular to the face's, relative to the triangle's size.
 TURNED = 0.3
-#: Pairs of a point and a facet at once: 300 MB of intermediate arrays.
+#: Number of pairs of a point and a facet per batch; intermediate arrays then need 300 MB.
 PAIRS = 1_000_000
 
 
 def label_faces(points: Points, triangles: Triangles, facets: Facets) -> Int[NDArray[np.int64], " k"]:
-    """The face whose facets are nearest to each triangle and look its way.
+    """Face whose facets are nearest to each triangle and have nearly its normal.
 
     Parameters
     ----------
     points, triangles
-        The boundary of the mesh, anticlockwise from outside [m].
+        Boundary of the mesh, anticlockwise from outside [m].
     facets
-        The CAD solid.
+        Facets of the CAD solid.
     """
     corners = points[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -38,7 +38,7 @@ def label_faces(points: Points, triangles: Triangles, facets: Facets) -> Int[NDA
     score = np.full((len(triangles), n_face), np.inf)
     for face in range(n_face):
         cad = facets.points[facets.triangles[facets.face == face]]
-        # A triangle of the face lies within its own size of the box around the face.
+        # A triangle of the face is at most its own size away from the box around the face.
         low, high = cad.min(axis=(0, 1)), cad.max(axis=(0, 1))
         outside = np.maximum(low - voters[:, 0], voters[:, 0] - high).max(axis=1)
         near = np.flatnonzero(outside < size)
@@ -54,10 +54,10 @@ def label_faces(points: Points, triangles: Triangles, facets: Facets) -> Int[NDA
 def _find_nearest(
     points: Points, triangles: Float[NDArray[np.float64], "t 3 3"]
 ) -> tuple[Float[NDArray[np.float64], " k"], Int[NDArray[np.int64], " k"]]:
-    """Distance of each point to the nearest triangle, and which it is."""
+    """Distance of each point to the nearest triangle, and number of this triangle."""
     middle = triangles.mean(axis=1)
     reach = float(np.linalg.norm(triangles - middle[:, None], axis=2).max())
-    # No triangle is nearer than the nearest corner unless its middle is within that distance and its own size.
+    # A triangle nearer than the nearest corner has its middle within that distance plus the size of the triangle.
     bound = cKDTree(triangles.reshape(-1, 3)).query(points)[0] + reach * (1 + 1e-9)
     near = [np.asarray(item, dtype=np.int64) for item in cKDTree(middle).query_ball_point(points, bound)]
     distance, which = np.empty(len(points)), np.empty(len(points), dtype=np.int64)
@@ -80,7 +80,7 @@ def _find_nearest(
 def _compute_distances(
     points: Points, triangles: Float[NDArray[np.float64], "k 3 3"]
 ) -> Float[NDArray[np.float64], " k"]:
-    """Of each point to its triangle: to the plane where it stands over it, else to the nearest of its sides."""
+    """Distance of each point to its triangle: to the plane if the point is above it, else to the nearest side."""
     normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     inside = np.ones(len(points), dtype=bool)
@@ -96,7 +96,7 @@ def _compute_distances(
 
 
 def _without_islands(triangles: Triangles, label: Int[NDArray[np.int64], " k"]) -> Int[NDArray[np.int64], " k"]:
-    """A triangle that two of its neighbours outvote, both of one other face, joins them."""
+    """Labels in which a triangle without neighbours of its own label gets the label of two of its neighbours."""
     sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     _, which = np.unique(sides, axis=0, return_inverse=True)
     order = np.argsort(which.ravel(), kind="stable").reshape(-1, 2) // 3

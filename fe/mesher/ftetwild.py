@@ -1,4 +1,4 @@
-"""Tetrahedra inside a surface of triangles, by fTetWild; its result keeps the surface within an envelope only."""
+"""Fill a surface of triangles with tetrahedra by fTetWild, which keeps the surface within an envelope only."""
 
 import importlib.util
 import subprocess
@@ -15,7 +15,7 @@ from fe.errors import MeshError
 from fe.mesher.block import Block, mesh_blocks
 from geometry.errors import InputError
 
-#: A process of its own: fTetWild leaves a file in the working directory, and ends the whole process on bad input.
+#: Program of a separate process: fTetWild writes a file to the working directory, and ends its process on bad input.
 WORKER = """
 import numpy, pytetwild
 given = numpy.load("surface.npz")
@@ -26,9 +26,9 @@ points, cells = pytetwild.tetrahedralize(
 )[:2]
 numpy.savez("cells.npz", points=points, cells=cells)
 """
-#: The mesher.
+#: Python module of the mesher.
 MODULE = "pytetwild"
-#: Longest wait [s]: the blade with cells of 2.5 mm takes two minutes.
+#: Time limit [s]; the blade with cells of 2.5 mm takes two minutes.
 TIME_LIMIT = 3600.0
 
 Points = Float[NDArray[np.float64], "point 3"]
@@ -44,18 +44,18 @@ def fill_with_tetrahedra(
 ) -> tuple[Points, Int[NDArray[np.int64], "cell 4"]]:
     """Fill a closed surface.
 
-    Not reproducible: two runs give two meshes, so keep the one that was used.
+    The result is not reproducible: two runs give different meshes, so store the mesh that was used.
 
     Parameters
     ----------
     points, triangles
-        The surface [m].
+        Points [m] and triangles of the surface.
     size
-        Wanted length of edges where `sizes` says nothing [m].
+        Length of edges where `sizes` gives none [m].
     envelope
-        Greatest distance between the given surface and that of the result [m].
+        Largest distance between the given surface and the surface of the result [m].
     sizes
-        Points, tetrahedra and wanted lengths at the points of a mesh around the body, see `make_size_field` [m].
+        Points, tetrahedra and lengths of edges at the points of a mesh around the body, see `make_size_field` [m].
 
     Returns
     -------
@@ -66,7 +66,7 @@ def fill_with_tetrahedra(
     InputError
         pytetwild is not installed.
     MeshError
-        It could not fill the surface, or not in time.
+        fTetWild could not fill the surface, or exceeded the time limit.
     """
     if importlib.util.find_spec(MODULE) is None:
         raise InputError(
@@ -119,7 +119,7 @@ def fill_with_tetrahedra(
 def make_size_field(
     points: Points, spacing: float
 ) -> tuple[Float[NDArray[np.float64], "at 3"], Int[NDArray[np.int64], "cell 4"]]:
-    """A coarse mesh of the box around a body, on whose points lengths of edges can be prescribed [m]."""
+    """Coarse mesh of the box around a body; lengths of edges can be prescribed at its points [m]."""
     low, high = points.min(axis=0) - spacing, points.max(axis=0) + spacing
     counts = np.maximum(1, np.ceil((high - low) / spacing)).astype(int)
     box = Block.box([*zip(low, high, strict=True)], (int(counts[0]), int(counts[1]), int(counts[2])), {})

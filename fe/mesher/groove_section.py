@@ -9,13 +9,13 @@ from fe.mesher.block import Coordinates, Lattice
 from geometry.groove import half_mouth
 
 PAD_COLUMNS = ("lip_left", "groove", "lip_right")
-#: Radius of a groove over a distance |y| [m].
+#: Radius of a groove as a function of the distance |y| [m].
 RadiusAt = Callable[[Lattice], Lattice]
 
 
 @dataclass(frozen=True, kw_only=True)
 class GroovePlan:
-    """A pad over x and z, symmetric about x = 0, with a groove that is open downwards.
+    """Section of a pad in x and z, symmetric about x = 0, with a groove that is open downwards.
 
     Parameters
     ----------
@@ -24,11 +24,11 @@ class GroovePlan:
     axis
         Height z of the groove's axis [m].
     lip_above_axis
-        Height of the lips over the axis [m].
+        Height of the lips above the axis [m].
     top
         Height z of the pad's upper face [m].
     top_width
-        Share of the pad's width that its middle column has at the top [-].
+        Width of the middle column at the top, as a fraction of the pad's width [-].
     """
 
     half_width: float
@@ -38,7 +38,7 @@ class GroovePlan:
     top_width: float
 
     def straight(self, column: str, u: Lattice, width: float) -> Lattice:
-        """Place along x in a column of which the groove's part takes `width` of the pad."""
+        """Position x in a column, where the groove's column has the fraction `width` of the pad's width."""
         half = self.half_width
         left, right = {
             "lip_left": (-half, -width * half),

@@ -1,4 +1,4 @@
-"""Numbers of elements: the meshing rule of the blades, and the counts that a body can be meshed with."""
+"""Numbers of elements: the meshing rule of the blades, and checks of the numbers of elements of a body."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -7,29 +7,30 @@ from math import ceil, isfinite
 from fe.element import Element
 from fe.errors import MeshError
 
-#: A length that is a whole number of elements must not gain one by round-off.
+#: Tolerance so that round-off adds no element to a length that is a whole number of elements [-].
 COUNT_GUARD = 1e-9
-#: Where one face stands out over another by less than this, no cells are made for the difference [m].
+#: Smallest step between two faces for which cells are made [m].
 SMALLEST_STEP = 1e-8
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeshRule:
-    """Element size h = min(a t / n, c), with t the thickness and n the elements through it.
+    """Element size h = min(a t / n, c), with the thickness t and the number n of elements through it.
 
     Parameters
     ----------
     element
         The element.
     through_thickness
-        n [-], at least 1.
+        Number of elements n through the thickness, at least 1 [-].
     length_ratio
-        a: element length over element thickness [-]. Parasitic shear of the 8-node brick depends on the element's
-        length, so a decides how far its frequencies are off.
+        Ratio a of element length to element thickness [-]. Parasitic shear of the 8-node brick depends on the length of
+        the element, so a determines the error of its frequencies.
     length_cap
-        c: elements are never longer than this [m].
+        Largest element length c [m].
     subdivisions
-        Each element that the rule gives is cut into this many along each edge [-]: 1, 2, 4, ... give nested meshes.
+        Number of parts into which each element of the rule is divided along each edge [-]: 1, 2, 4, ... give nested
+        meshes.
 
     Raises
     ------
@@ -59,12 +60,12 @@ class MeshRule:
 
 
 def count_elements(length: float, size: float) -> int:
-    """Elements of at most `size` that fill `length`, at least one [-]."""
+    """Number of elements of at most `size` that fill `length`, at least one [-]."""
     return max(1, ceil(length / size - COUNT_GUARD))
 
 
 def check_counts(body: str, counts: Mapping[str, int], *, even: Iterable[str] = (), why_even: str = "") -> None:
-    """Refuse numbers of elements.
+    """Refuse invalid numbers of elements.
 
     Parameters
     ----------
@@ -80,7 +81,7 @@ def check_counts(body: str, counts: Mapping[str, int], *, even: Iterable[str] = 
     Raises
     ------
     MeshError
-        One below 1, or an odd one that must be even.
+        A number below 1, or an odd number that must be even.
     """
     for name, value in counts.items():
         if value < 1:

@@ -10,7 +10,7 @@ from geometry.plain_blade import PlainBlade, named_points
 
 
 def mesh_plain_blade(blade: PlainBlade, rule: MeshRule) -> Mesh:
-    """Mesh the plain blade with the rule: t / n through the thickness (also beside it), h along span and chord.
+    """Mesh the plain blade: element size t / n through the thickness (also beside it), h along span and chord.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The rig's five bodies as meshes, with cells of about one size."""
+"""Mesh the five bodies of the rig with cells of about one size."""
 
 from dataclasses import dataclass, field
 from math import asin, ceil, isfinite, pi, sin, sqrt
@@ -15,22 +15,23 @@ from geometry.decoupler import Decoupler
 from geometry.groove import half_mouth
 from geometry.rig import Rig, named_points, placements
 
-#: Of the blade outside its pads, where it is slender: length of an element over its thickness, and at most so long [m].
+#: Length of an element over its thickness [-], and largest length of an element [m], in the slender blade outside its
+#: pads.
 LENGTH_RATIO, LENGTH_CAP = 2.4, 0.008
-#: Contact stations lie at the ends of six intervals of a line.
+#: Number of intervals between the contact stations of a line.
 INTERVALS = 6
 
 
 @dataclass(frozen=True, kw_only=True)
 class RigMesh:
-    """Mesh parameters of the five bodies; `choose_rig_mesh` makes them from a size.
+    """Mesh parameters of the five bodies; `choose_rig_mesh` computes them from a size.
 
     Parameters
     ----------
     blade, pads
-        The blade, and its pads.
+        Mesh rule of the blade, and numbers of elements of its pads.
     damper, decoupler
-        Cells of both dampers and de-couplers.
+        Numbers of elements of both dampers and of both de-couplers.
     """
 
     blade: MeshRule
@@ -40,7 +41,7 @@ class RigMesh:
 
 
 def choose_rig_mesh(rig: Rig, element: Element, size: float, subdivisions: int = 1) -> RigMesh:
-    """Cells of about one size in all bodies, as regular as the contact lines and points allow.
+    """Mesh parameters for cells of about one size in all bodies, as regular as the contact lines and points allow.
 
     Parameters
     ----------
@@ -51,7 +52,7 @@ def choose_rig_mesh(rig: Rig, element: Element, size: float, subdivisions: int =
     size
         Length of the cells' edges [m].
     subdivisions
-        Each cell is cut into this many along each edge [-]: 1, 2, 4, ... give nested meshes.
+        Number of parts into which each cell is divided along each edge [-]: 1, 2, 4, ... give nested meshes.
 
     Raises
     ------
@@ -70,7 +71,7 @@ def choose_rig_mesh(rig: Rig, element: Element, size: float, subdivisions: int =
     across_lip = near(blade.flat_width / 2 - mouth)
     along_contact = near(damper.contact_length, INTERVALS)
     across_neck = near(decoupler.neck_thickness, 2)
-    # The plate has as many rows as both arms, and is taller: its cells are higher by as much as theirs are flatter.
+    # The plate has as many rows as both arms, but is taller: the geometric mean of both heights gives the number.
     across_arm = sqrt(decoupler.arm_thickness * decoupler.half_height)
     beside_neck = max(1, ceil((across_arm - decoupler.neck_thickness) / (2 * size)))
     below, above = _count_beside_pad(decoupler, 2 * (across_neck + 2 * beside_neck))
@@ -113,7 +114,7 @@ def choose_rig_mesh(rig: Rig, element: Element, size: float, subdivisions: int =
 
 
 def _count_beside_pad(decoupler: Decoupler, n_row: int) -> tuple[int, int]:
-    """Of the rows of a de-coupler's plate, which are even at its back: those below the groove and above the pad [-]."""
+    """Numbers of rows of a de-coupler's plate below the groove and above the pad; rows are equal at its back [-]."""
     height = 2 * decoupler.half_height / n_row
     groove = (decoupler.lip_above_axis + decoupler.narrow_groove_radius) / 2
     below = min(max(1, round((groove - decoupler.plate_bottom) / height)), n_row - 2)
@@ -132,11 +133,11 @@ def mesh_rig(rig: Rig, cells: RigMesh) -> dict[str, Mesh]:
     Raises
     ------
     MeshError
-        As those do.
+        As in these functions.
     """
     element, subdivisions = cells.blade.element, cells.blade.subdivisions
     lasers = {name: point for name, point in named_points(rig)["blade"].items() if name.startswith("laser")}
-    # The disc that the shaker pushes spans few elements: halves of it with as many are resolved best.
+    # The disc on which the shaker acts spans few elements: a layer of nodes through its centre resolves it best.
     blade = mesh_blade(rig.blade, cells.blade, cells.pads, rig.blade.excitation_height)
     result = {"blade": add_named_points(blade, lasers)}
     for body, place in placements(rig).items():

@@ -1,4 +1,4 @@
-"""Nodes on the boundary of a mesh moved onto the faces, edges and corners of the CAD solid."""
+"""Move nodes on the boundary of a mesh onto the faces, edges and corners of the CAD solid."""
 
 from collections.abc import Mapping
 
@@ -12,19 +12,20 @@ from fe.mesh_quality import measure_cell_quality
 from geometry.solid_skin import SolidSkin
 
 Points = Float[NDArray[np.float64], "k 3"]
-#: Numbers of the CAD faces on which each node on the boundary lies.
+#: Numbers of the CAD faces on which each node or edge on the boundary lies.
 Labels = Mapping[int, frozenset[int]]
 
-#: Shapes below these are given up: the nodes of such a cell go back to where they were.
+#: Smallest flatness of a cell after corner nodes are moved, and smallest determinant ratio after midside nodes are
+#: moved; nodes of cells below are moved back.
 FLAT, FOLDED = 0.01, 0.15
-#: Rounds of giving up: the first ones go half way.
+#: Number of rounds of moving nodes back, and of the first rounds, which move them half way.
 ROUNDS, HALVINGS = 20, 4
 
 
 def snap_corners(
     points: Points, cells: Int[NDArray[np.int64], "cell 4"], labels: Labels, skin: SolidSkin, limit: float
 ) -> Points:
-    """Corner nodes on their faces, edges and corners, except where a cell would fold.
+    """Corner nodes moved onto their faces, edges and corners, except where a cell would become flat or inverted.
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ def snap_corners(
     skin
         The CAD solid.
     limit
-        Longest way that a node may go [m].
+        Largest distance by which a node may be moved [m].
     """
     target = _project_points(points, labels, skin, np.full(len(points), limit))
     result = target.copy()
@@ -58,7 +59,7 @@ def add_midside_nodes(points: Points, cells: Int[NDArray[np.int64], "cell 4"], l
     points, cells
         Corners [m].
     labels
-        Faces of each edge on the boundary, by its place among the sorted edges: see `sort_edges`.
+        Faces of each edge on the boundary, by its index among the sorted edges of `sort_edges`.
     skin
         The CAD solid.
     """
@@ -80,14 +81,14 @@ def add_midside_nodes(points: Points, cells: Int[NDArray[np.int64], "cell 4"], l
 def sort_edges(
     cells: Int[NDArray[np.int64], "cell 4"],
 ) -> tuple[Int[NDArray[np.int64], "edge 2"], Int[NDArray[np.int64], "cell 6"]]:
-    """All edges, each by its two nodes in rising order, and the six of each cell in the order of its midside nodes."""
+    """Edges as two nodes in ascending order, and the six edges of each cell in the order of its midside nodes."""
     pairs = np.sort(cells[:, [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]], axis=2)
     edges, which = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
     return edges, which.reshape(-1, 6)
 
 
 def _project_points(points: Points, labels: Labels, skin: SolidSkin, limit: Float[NDArray[np.float64], " k"]) -> Points:
-    """Points on what their faces have in common; those that would go farther than their limit stay."""
+    """Points projected onto their face, edge or corner; points farther away than their limit are not moved."""
     result = points.copy()
     nearest = np.full(len(points), np.inf)
     groups = {node: frozenset(int(skin.group[face]) for face in faces) for node, faces in labels.items()}
@@ -115,6 +116,6 @@ def _project_points(points: Points, labels: Labels, skin: SolidSkin, limit: Floa
 
 
 def _compute_flatness(edges: Float[NDArray[np.float64], "cell 3 3"]) -> Float[NDArray[np.float64], " cell"]:
-    """Six volumes over the cubed length of the three edges at a corner: sqrt(1/2) where regular, 0 where flat."""
+    """Six times the volume over the cubed r.m.s. edge length at a corner: sqrt(1/2) if regular, 0 if flat."""
     length = np.sqrt((edges**2).sum(axis=2).mean(axis=1))
     return np.asarray(np.linalg.det(edges) / length**3)

@@ -1,8 +1,8 @@
-"""Tetrahedra of ten nodes in any closed CAD solid, with its named faces as face sets.
+"""Mesh any closed CAD solid with tetrahedra of ten nodes, with its named faces as face sets.
 
-fTetWild fills the triangulated solid, but keeps its surface within an envelope only. So every triangle on the boundary
-is given to a CAD face, its nodes are moved onto faces, edges and corners, then its midside nodes, and what came out is
-measured: the area of every named face and the volume must be those of the solid.
+fTetWild fills the triangulated solid, but keeps its surface within an envelope only. Every triangle on the boundary is
+therefore assigned to a CAD face, and its corner nodes and midside nodes are moved onto faces, edges and corners. The
+area of every named face and the volume are then checked against the solid.
 """
 
 from collections.abc import Collection, Mapping
@@ -26,13 +26,13 @@ from fe.node_sets import add_named_points
 from geometry.part import Part
 from geometry.solid_skin import Facets, SolidSkin
 
-#: The envelope, and how far the triangles given to fTetWild stray from the solid, in parts of the smallest cell.
+#: Envelope, and largest distance of the triangles for fTetWild from the solid, relative to the smallest cell.
 ENVELOPE, DEFLECTION = 0.03, 0.01
-#: Longest way that a node may go to its face, in parts of the smallest cell.
+#: Largest distance by which a node may be moved to its face, relative to the smallest cell.
 LONGEST_WAY = 0.3
-#: Growth of the wanted size with the distance from a finer face.
+#: Growth of the cell size per distance from a face with smaller cells.
 GROWTH = 0.5
-#: What a mesh must keep: the area of each named face and the volume of the solid.
+#: Largest relative error of the area of each named face, and of the volume.
 AREA, VOLUME = 2e-3, 5e-4
 
 
@@ -45,7 +45,7 @@ class TetRule:
     size
         Length of edges [m].
     near
-        Length of edges at named faces that want smaller cells [m], as the root of a blade does.
+        Length of edges at named faces that need smaller cells [m], such as at the root of a blade.
 
     Raises
     ------
@@ -65,12 +65,12 @@ class TetRule:
                 raise MeshError(f"tetrahedra: {what} = {size * 1e3:g} mm is not positive: 3 mm is a usual value")
 
     def check_names(self, part: str, faces: Collection[str]) -> None:
-        """Refuse a size near a face that a part has not.
+        """Refuse a size near a face that the part lacks.
 
         Raises
         ------
         MeshError
-            With the faces there are.
+            An unknown face; the message lists the faces of the part.
         """
         unknown = [name for name in self.near if name not in faces]
         if unknown:
@@ -83,26 +83,26 @@ class TetRule:
 def mesh_solid(part: Part, rule: TetRule) -> Mesh:
     """Mesh a part.
 
-    No two runs give the same mesh: keep the one that was used.
+    The mesh is not reproducible: store the mesh that was used.
 
     Parameters
     ----------
     part
-        A closed solid with named faces and points.
+        Closed solid with named faces and points.
     rule
         Sizes of cells.
 
     Returns
     -------
-    Quadratic tetrahedra; a face set for each named face, and a node set of one corner node for each named point that
-    has not the name of a face.
+    Quadratic tetrahedra; a face set for each named face, and a node set of one corner node for each named point, except
+    points with the name of a face.
 
     Raises
     ------
     InputError
         pytetwild is not installed.
     MeshError
-        A size near a face that the part has not, a solid that cannot be filled, or a mesh that does not follow it.
+        A size near a face that the part lacks, a solid that cannot be filled, or a mesh that does not fit the solid.
     """
     rule.check_names(part.name, part.faces)
     smallest = min([rule.size, *rule.near.values()])
@@ -128,7 +128,7 @@ def mesh_solid(part: Part, rule: TetRule) -> Mesh:
     mesh = replace(mesh, face_sets=face_sets)
     check_quality(mesh)
     _prove(mesh, part)
-    # A point of the name of a face is its middle: the face says more.
+    # A point with the name of a face is the middle of the face; the face set is used instead.
     named = {name: point for name, point in part.points.items() if name not in part.faces}
     return add_named_points(mesh, named) if named else mesh
 
@@ -136,7 +136,7 @@ def mesh_solid(part: Part, rule: TetRule) -> Mesh:
 def _choose_sizes(
     part: Part, rule: TetRule, skin: SolidSkin, facets: Facets
 ) -> tuple[Float[NDArray[np.float64], "at 3"], Int[NDArray[np.int64], "cell 4"], Float[NDArray[np.float64], " at"]]:
-    """Wanted lengths of edges on a coarse mesh around the part."""
+    """Size field: points and cells of a coarse mesh around the part, and lengths of edges at the points."""
     if not rule.near:
         return np.zeros((0, 3)), np.zeros((0, 4), dtype=np.int64), np.zeros(0)
     at, cells = make_size_field(facets.points, rule.size)
@@ -150,7 +150,7 @@ def _choose_sizes(
 
 
 def _spread(triangles: Float[NDArray[np.float64], "t 3 3"], spacing: float) -> Float[NDArray[np.float64], "p 3"]:
-    """Points on triangles, none farther from the next than about the spacing."""
+    """Points on triangles, at a distance of about the spacing or less."""
     result = [triangles.reshape(-1, 3)]
     for corners in triangles:
         n = int(np.ceil(max(np.linalg.norm(corners[k] - corners[k - 1]) for k in range(3)) / spacing))
@@ -160,7 +160,7 @@ def _spread(triangles: Float[NDArray[np.float64], "t 3 3"], spacing: float) -> F
 
 
 def _make_linear_mesh(points: Float[NDArray[np.float64], "k 3"], cells: Int[NDArray[np.int64], "cell 4"]) -> Mesh:
-    """The raw cells with straight edges, as a mesh whose faces can be asked for."""
+    """Mesh of the raw cells with straight edges."""
     edges, which = sort_edges(cells)
     middles = (points[edges[:, 0]] + points[edges[:, 1]]) / 2
     return Mesh(

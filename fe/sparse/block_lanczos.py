@@ -1,6 +1,7 @@
 """Block Lanczos on K^-1 M: the lowest modes of a large sparse system, several right-hand sides at a time.
 
-A solve reads the whole factor from memory whatever the number of right-hand sides: twelve at once cost less than four.
+A solve reads the whole factor from memory for any number of right-hand sides; per column, twelve at once cost less than
+four.
 """
 
 import numpy as np
@@ -15,24 +16,27 @@ from fe.sparse.node_matrix import BlockProduct
 
 Matrix = NDArray[np.float64]
 
-#: Columns solved for together, for few modes and for many: wider ones cost less each, but more are needed.
+#: Columns of a block for few and for many modes, and smallest number of many modes: a wide block costs less per column,
+#: but more columns are needed.
 NARROW, WIDE, MANY = 4, 12, 20
-#: ||K^-1 M x - theta x||_M / theta at the end: eigenvalues to round-off, and 1e-9 in the energy norm, which is larger.
+#: Final ||K^-1 M x - theta x||_M / theta: eigenvalues are then accurate to round-off, and vectors to 1e-9 in the energy
+#: norm, which is larger.
 TOLERANCE = 5e-11
-#: At this residual a theta is good to about 1e-10, so that a mode found later shows as a jump in the list.
+#: Relative residual at which theta is accurate to about 1e-10, and relative change of theta that shows a newly found
+#: mode.
 SETTLED, JUMP = 1e-5, 1e-8
-#: Blocks that fresh random columns get to show a mode that all columns before were blind to.
+#: Number of blocks after fresh random columns, in which a mode can appear that all previous columns missed.
 TRIAL = 3
-#: Blocks of the basis beside two columns per mode: a blade restarts once at most, for up to three per cent of the time
-#: (a cube, with its pairs of modes, for eight), and the basis takes a tenth less memory than it would freely. Where
-#: that were more memory than this [byte], there are two columns per mode, or the least that will do, for up to a tenth
-#: more solves.
+#: Blocks of the basis in addition to two columns per mode: a blade then restarts at most once, which takes up to three
+#: per cent of the time (a cube, with pairs of modes, eight), and the basis needs a tenth less memory than without
+#: restarts. If this exceeds the memory [byte], the basis has two columns per mode or the required minimum, which costs
+#: up to a tenth more solves.
 SPACIOUS, MEMORY = 13, 5e8
-#: Blocks beyond the modes that a restart keeps, and new ones that the basis can take in any case.
+#: Blocks beyond the modes that a restart keeps, and new blocks for which the basis always has room.
 SPARE, NEW = 4, 3
-#: Before giving up.
+#: Largest number of restarts.
 MAX_RESTART = 100
-#: Right-hand sides that a mode costs, of many modes, about.
+#: Approximate number of right-hand sides per mode, for many modes.
 COLUMNS_PER_MODE = 3
 
 
@@ -50,24 +54,25 @@ def block_lanczos(
     .. math:: K^{-1} M Q = Q H + W R, \qquad [Q\ W]^T M [Q\ W] = I, \qquad H s = \theta s, \quad x = Q s, \quad
               \lambda = 1 / \theta, \quad \|K^{-1} M x - \theta x\|_M = \|R s\|
 
-    A Krylov space holds as many copies of a repeated mode as its first block has columns, and no residual tells of
-    the others. So fresh random columns join W before the end, again and again until the list of modes stands still.
+    A Krylov space contains at most as many copies of a repeated mode as its first block has columns, and residuals do
+    not reveal missing copies. Fresh random columns are therefore added to W before the end, repeatedly until the list
+    of modes no longer changes.
 
     Parameters
     ----------
     factor
         Factor of the stiffness K, shape (n, n).
     mass
-        Symmetric positive definite, shape (n, n).
+        Mass matrix M, symmetric positive definite, shape (n, n).
     n_mode
         Number of pairs, 1 to n [-].
     block
-        Columns in a block, by default fewer for few modes.
+        Number of columns of a block; by default as in `choose_block` [-].
     max_basis
-        Columns of Q at which a restart compresses them, by default as `basis_columns` says; it always holds some blocks
-        more than the modes.
+        Number of columns of Q at which a restart compresses them, by default as in `basis_columns`; it is always some
+        blocks larger than the number of modes [-].
     seed
-        Seed of the random columns: two runs with one seed agree to the last bit.
+        Seed of the random columns: runs with the same seed give identical results.
 
     Returns
     -------
@@ -76,7 +81,7 @@ def block_lanczos(
     Raises
     ------
     NoConvergence
-        The restarts or the directions ran out.
+        The limit of restarts was reached, or no directions are left.
 
     References
     ----------
@@ -97,7 +102,7 @@ def block_lanczos(
         basis.expand()
         if basis.width and not basis.is_full and basis.n_solved < next_test:
             continue
-        if basis.size < n_mode:  # an invariant space, found before it held all the modes asked for
+        if basis.size < n_mode:  # an invariant space with fewer columns than modes
             basis.refresh(block)
             continue
         theta, coordinates, residual = basis.ritz_pairs(n_mode)
@@ -121,28 +126,28 @@ def block_lanczos(
 def _make_basis(factor: Factor, mass: Symmetric | BlockProduct, block: int, max_basis: int, seed: int) -> KrylovBasis:
     product = mass if isinstance(mass, BlockProduct) else BlockProduct(mass)
     basis = KrylovBasis(factor, product, max_basis, seed)
-    return_freed_memory()  # the copies that the product with the mass was made of
+    return_freed_memory()  # temporary copies from the construction of the product
     basis.refresh(block)
     return basis
 
 
 def _until_next_test(is_open: NDArray[np.bool_], width: int) -> int:
-    """Solutions until the modes are looked at again: about one converges per column, so that few tests are enough."""
+    """Number of solutions until the next test of convergence: about one mode converges per column."""
     return min(max(int(np.count_nonzero(is_open)), width), 6 * width)
 
 
 def choose_block(n_mode: int) -> int:
-    """Columns that are solved for together [-]."""
+    """Number of columns of a block [-]."""
     return WIDE if n_mode >= MANY else NARROW
 
 
 def count_first_random_columns(block: int) -> int:
-    """Random columns that join first [-]."""
+    """Number of random columns that are added first [-]."""
     return max(2, block // 4)
 
 
 def basis_columns(n: int, n_mode: int, block: int, most: int | None = None) -> int:
-    """Columns of Q at which a restart compresses them, for n degrees of freedom [-]; `most` is the user's limit."""
+    """Number of columns of Q at which a restart compresses them [-]; `most` is the user's limit."""
     least = n_mode + SPARE * block + NEW * (block + count_first_random_columns(block))
     free = max(2 * n_mode, min(2 * n_mode + SPACIOUS * block, int(MEMORY / (8 * n))))
     return max(most or free, least)

@@ -1,7 +1,7 @@
-"""CHOLMOD of SuiteSparse, where the system has it: Cholesky in supernodes.
+"""Factorise with CHOLMOD of SuiteSparse, if the system has it: Cholesky in supernodes.
 
-Its factor is as fast as PARDISO's, and unlike PARDISO it shows what it has made, so that solutions can be made with
-less waiting for the memory than in either library (`fe.sparse.supernodes`).
+It is as fast as PARDISO and, unlike PARDISO, gives access to its factor, so that `fe.sparse.supernodes` can solve with
+less memory traffic than either library.
 
 References
 ----------
@@ -62,8 +62,8 @@ class Cholmod:
         self._supernodes: Supernodes | None = None
         self._is_made = False
         weakref.finalize(self, _release, self._library, self._common, self._factor).atexit = False
-        # Nothing here holds what the next stage does without: the matrix while there are its columns, nor those while
-        # the factor's numbers change places.
+        # Each stage frees what the next does not need: the matrix once its columns exist, and the columns before the
+        # numbers of the factor are reordered.
         self._factorise(self._analysed(matrix))
         self._pack()
 
@@ -71,7 +71,7 @@ class Cholmod:
         """As `Factorisation.renew`."""
         columns = self._renewed(matrix)
         self._is_made = False
-        if self._supernodes is not None:  # its tiles lie where CHOLMOD would write
+        if self._supernodes is not None:  # its tiles are in the memory to which CHOLMOD would write
             self._supernodes = None
             self._library.cholmod_change_factor(PATTERN, 1, 1, 1, 1, self._factor, self._common)
         self._factorise(columns)
@@ -97,7 +97,7 @@ class Cholmod:
 
     @property
     def work(self) -> tuple[float, float] | None:
-        """Entries of the factor's triangle, operations that made it [-]; None of a small one, without supernodes."""
+        """Entries of the factor and operations of the factorisation [-]; None without supernodes."""
         return None if self._supernodes is None else self._supernodes.work
 
     @property
@@ -109,10 +109,10 @@ class Cholmod:
         return bool(self._head.is_super and self._head.n_supernode)
 
     def _analysed(self, matrix: Symmetric) -> LowerColumns:
-        """The matrix as it will be factorised, for which the factor has its places then."""
+        """Analyse the matrix, and return its columns in the order of the factorisation."""
         matrix = blocks_or_csr(matrix)
         self._shape, self._nnz, self._n = matrix.shape, matrix.nnz, matrix.shape[0]
-        # Without supernodes a pivot that is no number would pass, here and in `renew`.
+        # Without supernodes CHOLMOD would accept a pivot that is not a number, here and in `renew`.
         check_diagonal(matrix.diagonal())
         upper = take_upper_triangle(matrix)
         order = _order(upper)
@@ -129,7 +129,7 @@ class Cholmod:
         return self._columns(upper)
 
     def _renewed(self, matrix: Symmetric) -> LowerColumns:
-        """The columns of another matrix in the same places."""
+        """Columns of another matrix with the same pattern."""
         check_symmetric(matrix)
         matrix = blocks_or_csr(matrix)
         check_pattern(matrix, self._shape, self._nnz)
@@ -140,7 +140,7 @@ class Cholmod:
         return self._columns(upper)
 
     def _columns(self, upper: Upper) -> LowerColumns:
-        """What will be factorised; where there are supernodes in their order, of which CHOLMOD would make a copy."""
+        """Columns for the factorisation, with supernodes in the order of the factor, which saves CHOLMOD a copy."""
         if not self._has_supernodes:
             return _lower(upper)
         from fe.sparse.lower_columns import ordered_columns
@@ -162,10 +162,10 @@ class Cholmod:
         self._is_made = True
 
     def _pack(self) -> None:
-        """Put the factor's numbers in the order of their use, in the same memory, of which the rest is given back."""
+        """Put the numbers of the factor in the order of their use, in the same memory, and free the rest."""
         if not self._has_supernodes:
             return
-        # The compiler takes a while to import: matrices without supernodes do without.
+        # Imported only for supernodes, because importing the compiler takes time.
         from fe.sparse.supernodes import Supernodes, pack
 
         head = self._head
@@ -173,12 +173,12 @@ class Cholmod:
         places = (*starts, view_integers(head.row, head.n_row))
         layout, n_value = pack(view_doubles(head.x, head.n_value), *places)
         size = c_size_t(head.n_value)
-        # The head goes on telling the former size, which `renew` will need again.
+        # The head keeps the former size, which `renew` needs again.
         head.x = self._library.cholmod_realloc(n_value, 8, head.x, byref(size), self._common)
         self._supernodes = Supernodes(view_doubles(head.x, n_value), layout, view_integers(head.order, self._n))
 
     def _library_solution(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Of a small or very sparse matrix, whose columns are not grouped."""
+        """Solution by CHOLMOD for a small or very sparse matrix, whose columns are not grouped into supernodes."""
         width = b.shape[1]
         dense = Dense(nrow=self._n, ncol=width, nzmax=b.size, leading=self._n, x=b.ctypes.data, xtype=REAL)
         answer = self._library.cholmod_solve(A_X_IS_B, self._factor, byref(dense), self._common)
@@ -191,7 +191,7 @@ class Cholmod:
 
 
 def _order(upper: Upper) -> NDArray[np.int32] | None:
-    """PARDISO's order where there are blocks: dissecting the graph of the nodes takes a quarter of CHOLMOD's time."""
+    """PARDISO's order if there are blocks: dissecting the graph of the nodes takes a quarter of CHOLMOD's time."""
     if upper.block == 1:
         return None
     try:
@@ -201,7 +201,7 @@ def _order(upper: Upper) -> NDArray[np.int32] | None:
 
 
 def _lower(upper: Upper, *, is_pattern: bool = False) -> LowerColumns:
-    """The lower triangle, in the order of the matrix, for a pattern perhaps without values."""
+    """Lower triangle in the order of the matrix; a pattern may have no values."""
     if upper.block == 1:  # its rows are columns of the lower triangle
         return LowerColumns(upper.row_start, upper.column, upper.values)
     from fe.sparse.lower_columns import lower_columns

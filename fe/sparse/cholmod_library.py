@@ -1,7 +1,7 @@
-"""The shared library of CHOLMOD, as the system has it, and what must be known of its structures.
+"""Load the shared library of CHOLMOD from the system, and define its structures.
 
-No wheel carries it (Debian: `libcholmod3` or `libcholmod5`). Of its many structures only those fields are touched whose
-places have not moved from version 3 to 5.
+No Python wheel contains it (Debian: `libcholmod3` or `libcholmod5`). Only those fields of its structures are used whose
+offsets are the same in versions 3 to 5.
 """
 
 import ctypes
@@ -18,21 +18,22 @@ from numpy.typing import NDArray
 
 from fe.sparse import mkl
 
-#: Bytes for `cholmod_common`, of which only CHOLMOD knows the inside: 2.6 kB in version 3, some more later.
+#: Number of bytes for the opaque `cholmod_common`: 2.6 kB in version 3, more in later versions.
 COMMON = 1 << 16
 A_X_IS_B, PATTERN, REAL, LOWER = 0, 0, 1, -1
-#: Where `cholmod_common` says how supernodes are merged, and what CHOLMOD begins with there: a check of the places.
+#: Offset in `cholmod_common` of the parameters for merging supernodes [byte], and their defaults, which check the
+#: offsets.
 RELAXED, RELAXED_BY_DEFAULT = 80, (0.8, 0.1, 0.05)
-#: Where it says whether a factor without supernodes is L L^T, and counts the orderings that are tried.
+#: Offsets of the flag for an L L^T factor without supernodes, and of the number of orderings to try [byte].
 IS_LL, N_ORDERING = 60, 168
-#: What is added to the diagonal of a matrix that is factorised.
+#: Shift of the diagonal of a matrix that is factorised.
 NO_SHIFT = (c_double * 2)(0.0, 0.0)
-#: Runtimes of OpenMP that CHOLMOD may be bound to: its own, or the one that MKL has loaded before.
+#: OpenMP runtimes that CHOLMOD may use: its own, or the one that MKL has loaded before.
 OPENMP = ("libgomp.so.1", "libiomp5.so")
 
 
 class Sparse(ctypes.Structure):
-    """cholmod_sparse."""
+    """Structure cholmod_sparse."""
 
     _fields_ = [
         *((name, c_size_t) for name in ("nrow", "ncol", "nzmax")),
@@ -42,7 +43,7 @@ class Sparse(ctypes.Structure):
 
 
 class Dense(ctypes.Structure):
-    """cholmod_dense."""
+    """Structure cholmod_dense."""
 
     _fields_ = [
         *((name, c_size_t) for name in ("nrow", "ncol", "nzmax", "leading")),
@@ -52,7 +53,7 @@ class Dense(ctypes.Structure):
 
 
 class FactorHead(ctypes.Structure):
-    """cholmod_factor."""
+    """Structure cholmod_factor."""
 
     _fields_ = [
         *((name, c_size_t) for name in ("n", "minor")),
@@ -66,17 +67,17 @@ class FactorHead(ctypes.Structure):
 
 
 def view_integers(address: int, n: int) -> NDArray[np.int32]:
-    """Numbers in CHOLMOD's memory, shape (n,)."""
+    """View of integers in CHOLMOD's memory, shape (n,)."""
     return np.ctypeslib.as_array(ctypes.cast(address, POINTER(c_int)), (n,))
 
 
 def view_doubles(address: int, n: int) -> NDArray[np.float64]:
-    """Numbers in CHOLMOD's memory, shape (n,)."""
+    """View of real numbers in CHOLMOD's memory, shape (n,)."""
     return np.ctypeslib.as_array(ctypes.cast(address, POINTER(c_double)), (n,))
 
 
 def configure(common: Any, *, is_ordered: bool) -> None:
-    """Ask for a factor that negative pivots fail, and for no other order where one is given, if this can be told."""
+    """Request that negative pivots fail, and only the given order if there is one; no change at unknown offsets."""
     if tuple(np.frombuffer(common, np.float64, 3, offset=RELAXED)) != RELAXED_BY_DEFAULT:
         return
     np.frombuffer(common, np.int32, 1, offset=IS_LL)[0] = 1
@@ -86,7 +87,7 @@ def configure(common: Any, *, is_ordered: bool) -> None:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Keep CHOLMOD from waking four threads for each of its loops, which takes longer than the loops."""
+    """Keep CHOLMOD from starting four threads for each of its loops, which takes longer than the loops."""
     loaded = [runtime for name in OPENMP if (runtime := _find_loaded(name)) is not None]
     before = [runtime.omp_get_max_active_levels() for runtime in loaded]
     for runtime in loaded:
@@ -99,7 +100,7 @@ def one_thread() -> Iterator[None]:
 
 
 def _find_loaded(name: str) -> Any:
-    """A library that this process has loaded already, or None."""
+    """Library that this process has loaded already, or None."""
     try:
         return ctypes.CDLL(name, mode=os.RTLD_NOLOAD)
     except (AttributeError, OSError):  # Windows has no such mode
@@ -108,23 +109,23 @@ def _find_loaded(name: str) -> Any:
 
 @cache
 def _name() -> str | None:
-    """Looked for once: it takes other processes."""
+    """Name of the library; the search starts other processes and is therefore done once."""
     return ctypes.util.find_library("cholmod")
 
 
 @cache
 def library() -> Any:
-    """The shared library.
+    """Load the shared library.
 
     Raises
     ------
     OSError
-        There is none.
+        The library was not found or cannot be loaded.
     """
     name = _name()
     if name is None:
         raise OSError("libcholmod was not found: apt-get install libcholmod3 (Debian 12) or libcholmod5 (Debian 13)")
-    # CHOLMOD takes its matrix products from what is loaded for all: MKL's are faster than any that Debian has.
+    # CHOLMOD uses matrix products of globally loaded libraries: MKL's are faster than those of Debian's libraries.
     with suppress(ImportError, OSError):
         ctypes.CDLL(mkl.library()._name, mode=ctypes.RTLD_GLOBAL)
     shared = ctypes.CDLL(name)
@@ -141,9 +142,9 @@ def library() -> Any:
         getattr(shared, name).argtypes = [c_void_p, c_void_p]
     for name in ("cholmod_start", "cholmod_finish"):
         getattr(shared, name).argtypes = [c_void_p]
-    # It would print that a matrix is not positive definite; the exception says so.
+    # Suppress the message for a matrix that is not positive definite; the exception reports it.
     try:
         shared.SuiteSparse_config_printf_func_set(None)
-    except AttributeError:  # before SuiteSparse 7 a structure of functions, the fifth of which prints
+    except AttributeError:  # before SuiteSparse 7: the fifth function of a structure prints
         (c_void_p * 5).in_dll(shared, "SuiteSparse_config")[4] = None
     return shared

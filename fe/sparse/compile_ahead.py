@@ -1,4 +1,4 @@
-"""Compiles what solves with factors and multiplies long columns, so that the first reduction need not wait for it."""
+"""Compile the kernels that solve with factors and multiply long columns, so that the first reduction does not wait."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,7 +13,7 @@ from fe.sparse.upper_triangle import Upper
 
 
 def compile_kernels() -> None:
-    """Solve with the smallest factor for as many right-hand sides as `LANES` has; the code is stored on disk."""
+    """Call each kernel with the smallest factor for each number of right-hand sides in `LANES`; code is stored."""
     one, start, only = np.ones(1), np.array([0, 1], dtype=np.int32), np.zeros(1, dtype=np.int32)
     upper = Upper(start, only, np.eye(3), 3)
     lower_columns(upper)

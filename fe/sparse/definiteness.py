@@ -1,4 +1,4 @@
-"""Whether a sparse symmetric matrix is positive definite, by its eigenvalues or by a factorisation."""
+"""Check whether a sparse symmetric matrix is positive definite, by its eigenvalues or by a factorisation."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -6,24 +6,24 @@ import scipy.sparse as sp
 from fe.modal import MAX_DENSE
 from fe.sparse.solver import Definiteness, SingularMatrix, factorise
 
-#: Eigenvalues of the scaled matrix below this are zero to working accuracy.
+#: Eigenvalue of the scaled matrix below which it is zero to working accuracy.
 ROUND_OFF = 1e-14
 
 
 def is_definite(matrix: sp.csr_array, slack: float) -> bool:
-    """Whether the matrix, scaled to a diagonal of ones, has eigenvalues above -slack alone.
+    """Whether all eigenvalues of the matrix, scaled to a diagonal of ones, are above -slack.
 
     Parameters
     ----------
     matrix
-        Shape (n, n), its diagonal positive.
+        Matrix with a positive diagonal, shape (n, n).
     slack
-        Above 0 a semi-definite matrix passes [-]; at 0 a singular one does not.
+        Tolerance: if it is positive, a semi-definite matrix passes; if it is 0, a singular matrix fails [-].
 
     Notes
     -----
-    A large matrix is factorised with the slack on its diagonal. SuperLU, where PARDISO is not installed, does not
-    notice a negative pivot: a large indefinite matrix may pass there.
+    A large matrix is factorised with the slack on its diagonal. SuperLU, which is used without PARDISO and CHOLMOD,
+    does not detect negative pivots: a large indefinite matrix may then pass.
     """
     scale = sp.diags_array(1 / np.sqrt(matrix.diagonal()))
     scaled = sp.csr_array(scale @ matrix @ scale)

@@ -8,31 +8,31 @@ import scipy.sparse as sp
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-#: Degrees of freedom of a node.
+#: Number of degrees of freedom of a node.
 NODE = 3
-#: From so many rows on, products with a few columns are our own, which a compiler is imported for.
+#: Number of rows from which products with a few columns use compiled code.
 LONG = 10_000
 
 Columns = Float[NDArray[np.float64], " n"] | Float[NDArray[np.float64], "n k"]
 
 
 class Definiteness(Enum):
-    """Definiteness of a matrix, which decides on its factorisation."""
+    """Definiteness of a matrix, which determines its factorisation."""
 
     POSITIVE = "positive definite: Cholesky"
     INDEFINITE = "symmetric indefinite: LDL^T"
 
 
 class SingularMatrix(ArithmeticError):
-    """The matrix is singular, or not positive definite where it was declared to be."""
+    """Error for a matrix that is singular, or not positive definite although declared to be."""
 
 
 class Symmetric(Protocol):
-    """Interface of a mass or a stiffness: a sparse matrix, or a part of one without a copy."""
+    """Interface of a mass or stiffness: a sparse matrix, or a part of a matrix without a copy."""
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Rows and columns."""
+        """Numbers of rows and columns."""
         ...
 
     def __matmul__(self, columns: Any, /) -> Any:
@@ -40,11 +40,11 @@ class Symmetric(Protocol):
         ...
 
     def diagonal(self) -> NDArray[np.float64]:
-        """The diagonal, shape (n,)."""
+        """Diagonal, shape (n,)."""
         ...
 
     def tocsr(self) -> sp.csr_array:
-        """As a sparse matrix, shape (n, n)."""
+        """Sparse matrix in CSR form, shape (n, n)."""
         ...
 
     def toarray(self) -> NDArray[np.float64]:
@@ -61,62 +61,62 @@ class Factor(Protocol):
         Parameters
         ----------
         right_hand_side
-            b; it stays as it is.
+            Right-hand sides b, which are not changed.
         out
-            May be written over to hold the solution, as fresh memory costs time: used where it has the shape of b, in
-            Fortran order, and does not overlap b; what is returned holds the solution in any case.
+            Array that may be overwritten with the solution, to save an allocation. It is used if it has the shape of b,
+            is in Fortran order, and does not overlap b; the solution is always returned.
 
         Raises
         ------
         ValueError
-            b is complex, or has another number of rows than A.
+            b is complex, or its number of rows differs from that of A.
         """
         ...
 
 
 class Factorisation(Factor, Protocol):
-    """A factor that can be computed again for other values, and gives the signs of its pivots."""
+    """Factor that can be computed again for other values, and gives the signs of its pivots."""
 
     def renew(self, matrix: Symmetric) -> None:
-        """Factorise other values in the same places; what is known about the places is not found out again.
+        """Factorise a matrix with other values and the same pattern, without analysing the pattern again.
 
         Parameters
         ----------
         matrix
-            Shape (n, n), with the pattern of the first one.
+            Matrix with the pattern of the first matrix, shape (n, n).
 
         Raises
         ------
         ValueError
-            The pattern is another one.
+            The pattern differs from the first.
         SingularMatrix
-            As `factorise`; the factor is of no use afterwards.
+            As in `factorise`; the factor cannot be used afterwards.
         """
         ...
 
     @property
     def n_negative(self) -> int:
-        """Eigenvalues below zero [-]: by Sylvester's law of inertia, negative pivots.
+        """Number of negative eigenvalues, by Sylvester's law of inertia the number of negative pivots [-].
 
         Raises
         ------
         UnknownInertia
-            Pivots had to be taken from beside the diagonal, or were altered: their signs prove nothing.
+            Pivots are off the diagonal or were altered, so that their signs do not give the number.
         """
         ...
 
 
 class UnknownInertia(ArithmeticError):
-    """The pivots of this factorisation do not give the number of negative eigenvalues."""
+    """Error if the pivots of a factorisation do not give the number of negative eigenvalues."""
 
 
 def singular(n: int, reason: str = "") -> SingularMatrix:
-    """The error for a matrix of n rows that has no factor."""
+    """Error for a matrix of n rows that has no factor."""
     return SingularMatrix(f"the matrix of {n} rows is singular or not positive definite{reason}")
 
 
 def check_rows(shape: tuple[int, int], columns: NDArray[Any]) -> None:
-    """Raise ValueError where columns are longer or shorter than a matrix has columns."""
+    """Raise ValueError if the length of columns differs from the number of columns of a matrix."""
     if columns.shape[0] != shape[1]:
         raise ValueError(f"a matrix of shape {shape} cannot be multiplied by columns of shape {columns.shape}")
 
@@ -124,16 +124,16 @@ def check_rows(shape: tuple[int, int], columns: NDArray[Any]) -> None:
 def columns_and_place(
     shape: tuple[int, int], right_hand_side: Columns, out: Columns | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Right-hand side and result array of every back end, both in Fortran order.
+    """Right-hand sides and array for the solution, both in Fortran order, for all back ends.
 
     Returns
     -------
-    Right-hand sides, and an array for the solution: the one offered, if a library can write there, or a fresh one.
+    Right-hand sides, and an array for the solution: `out` if a library can write to it, else a new array.
 
     Raises
     ------
     ValueError
-        The right-hand sides are complex, or have another number of rows than the matrix of this shape.
+        The right-hand sides are complex, or their number of rows does not match the matrix.
     """
     if np.iscomplexobj(right_hand_side):
         raise ValueError("right-hand sides are complex: solve for their real and their imaginary parts")
@@ -152,17 +152,17 @@ def columns_and_place(
 
 
 class TooLarge(MemoryError):
-    """The library counts in 32 bits, and this matrix has more."""
+    """Error for a matrix whose number of entries exceeds the 32-bit integers of a library."""
 
 
 def check_diagonal(diagonal: NDArray[np.float64]) -> None:
-    """Raise SingularMatrix where a diagonal is not that of a positive definite matrix, or holds what is no number."""
+    """Raise SingularMatrix if a diagonal has entries that are not positive or not numbers."""
     if not (diagonal > 0).all():
         raise singular(len(diagonal))
 
 
 def make_changed_pattern_error() -> ValueError:
-    """The error for a matrix whose sparsity pattern is not that of the matrix analysed first."""
+    """Error for a matrix whose pattern differs from that of the first matrix."""
     return ValueError("the new matrix has entries in other places: factorise it separately")
 
 
@@ -177,7 +177,7 @@ class _Stored(Protocol):
 
 
 def check_pattern(matrix: _Stored, shape: tuple[int, int], nnz: int) -> None:
-    """Raise ValueError where a matrix visibly has other places than the one analysed first."""
+    """Raise ValueError if shape or number of entries of a matrix differ from those of the first matrix."""
     if matrix.shape != shape or matrix.nnz != nnz:
         raise ValueError(
             f"a matrix of shape {matrix.shape} with {matrix.nnz} entries cannot take the place of one of shape "

@@ -1,4 +1,4 @@
-"""The space that block Lanczos spans: an orthonormal basis, the operator projected onto it, and the next block."""
+"""Krylov space of block Lanczos: an orthonormal basis, the operator projected onto it, and the next block."""
 
 import numpy as np
 import scipy.linalg
@@ -10,22 +10,22 @@ from fe.sparse.node_matrix import BlockProduct
 
 Matrix = NDArray[np.float64]
 
-#: Against the block it is left of, a direction that is round-off, and one to be made orthogonal once more.
+#: Size of a direction, relative to its block, below which it is round-off, and below which it is made orthogonal again.
 NOISE, UNCLEAN = 1e-12, 1e-6
-#: Growth of round-off at which a product with the mass is computed anew.
+#: Growth of round-off at which a product with the mass is computed again.
 STALE = 1e4
-#: Rows of the basis that are combined at once.
+#: Number of rows of the basis that are combined at once.
 PIECE = 4096
-#: Before giving up: blades need three sweeps to make a block orthonormal.
+#: Largest number of sweeps to make a block orthonormal; blades need three.
 MAX_SWEEP = 12
 
 
 class NoConvergence(ArithmeticError):
-    """The restarts or the directions ran out: the factor does not solve to working accuracy."""
+    """Error if the restarts or the directions ran out: the factor does not solve to working accuracy."""
 
 
 class KrylovBasis:
-    """Q of `size` columns, H, R, and the next block W of `width` columns, none if Q spans an invariant space."""
+    """Basis Q of `size` columns, H, R, and the next block W of `width` columns, 0 if Q spans an invariant space."""
 
     def __init__(self, factor: Factor, mass: BlockProduct, capacity: int, seed: int) -> None:
         n = mass.shape[0]
@@ -33,7 +33,7 @@ class KrylovBasis:
         self._random = np.random.default_rng(seed)
         self._vectors = np.empty((n, min(n, capacity)), order="F")
         self._next = self._mass_next = np.empty((n, 0), order="F")
-        self._free: list[Matrix] = []  # blocks that the next step may write over: fresh memory costs time
+        self._free: list[Matrix] = []  # blocks for reuse in the next step, because allocating memory takes time
         self._projected = np.empty((0, 0))
         self._coupling = np.empty((0, 0))  # R, for the columns of Q from `previous` on; it is zero for the others
         self._previous = 0
@@ -41,28 +41,28 @@ class KrylovBasis:
 
     @property
     def size(self) -> int:
-        """Columns of Q."""
+        """Number of columns of Q."""
         return len(self._projected)
 
     @property
     def width(self) -> int:
-        """Columns of W."""
+        """Number of columns of W."""
         return self._next.shape[1]
 
     @property
     def is_full(self) -> bool:
-        """Whether Q cannot take W."""
+        """Whether Q has no room for W."""
         return self.size + self.width > self._vectors.shape[1]
 
     def reserve(self, capacity: int) -> None:
-        """Let Q grow to so many columns, W included."""
+        """Enlarge the memory of Q to `capacity` columns, including W."""
         n, old = len(self._vectors), self._vectors
         if min(capacity, n) > old.shape[1]:
             self._vectors = np.empty((n, min(capacity, n)), order="F")
             self._vectors[:, : self.size] = old[:, : self.size]
 
     def expand(self) -> None:
-        """Move W into Q, apply K^-1 M to it, and leave what is orthogonal to Q as the next W."""
+        """Move W into Q, apply K^-1 M to it, and make the part orthogonal to Q the next W."""
         W, MW, before, start = self._next, self._mass_next, slice(self._previous, self.size), self.size
         self._vectors[:, start : start + self.width] = W
         H = np.zeros((start + self.width, start + self.width))
@@ -70,7 +70,7 @@ class KrylovBasis:
         self._projected, self._previous = H, start
         self.n_solved += self.width
         column = self._solve(MW, self._place(MW.shape))
-        # First along the last two blocks, as the recurrence says; then along all, where round-off has left a little.
+        # First orthogonal to the last two blocks, as in the recurrence, then to all blocks because of round-off.
         own = _projected(MW, column)
         column = dgemm(-1.0, W, own, 1.0, column, overwrite_c=1)
         column = dgemm(-1.0, self._vectors[:, before], self._coupling, 1.0, column, trans_b=1, overwrite_c=1)
@@ -83,7 +83,7 @@ class KrylovBasis:
         self._coupling = self._orthonormalise(column, float(np.linalg.norm(part, 2)))
 
     def refresh(self, n_column: int) -> None:
-        """Widen W by random columns, smoothed by one solve."""
+        """Add random columns to W, smoothed by one solve."""
         n, width = len(self._vectors), self.width
         n_column = min(n_column, n - self.size - width)
         if n_column <= 0:
@@ -93,13 +93,13 @@ class KrylovBasis:
         for _ in range(2):
             fresh, _part = self._orthogonalise_to_basis(fresh)
         widened = np.asfortranarray(np.hstack([self._next, fresh]))
-        # Not to stand beside what they have gone into.
+        # Free the memory of the parts.
         self._next = self._mass_next = fresh = widened[:, :0]
         self._free = []
         self._coupling = self._orthonormalise(widened, 1.0)[:, :width] @ self._coupling
 
     def ritz_pairs(self, n_pair: int) -> tuple[Matrix, Matrix, Matrix]:
-        """Theta of the largest magnitudes, their coordinates in Q, and their residuals."""
+        """Ritz values theta with the largest magnitudes, coordinates of their vectors in Q, and their residuals."""
         theta, S = scipy.linalg.eigh(self._projected)
         order = np.argsort(-np.abs(theta), kind="stable")[:n_pair]
         residual = np.linalg.norm(self._coupling @ S[self._previous :, order], axis=0)
@@ -109,27 +109,27 @@ class KrylovBasis:
         """Vectors in the span of Q, in its memory; the basis cannot be used afterwards."""
         self._combine(coordinates)
         self._free = []
-        # Shrinks in place, columns first; the rest goes back to the system.
+        # Shrinks in place, because columns are contiguous; the rest of the memory is freed.
         vectors, self._vectors = self._vectors, np.empty((0, 0))
         vectors.resize((len(vectors), coordinates.shape[1]), refcheck=False)
         return vectors
 
     def _combine(self, coordinates: Matrix) -> None:
-        """Put vectors in the span of Q in its place; two bases may not fit where one does."""
+        """Replace Q by vectors in its span, in place, because there may be no memory for two bases."""
         for first in range(0, len(self._vectors), PIECE):
             piece = slice(first, first + PIECE)
-            # In the order of memory, so that what is found is copied into its columns as it stands.
+            # Transposed, so that the result is copied in the order of memory.
             self._vectors[piece, : coordinates.shape[1]] = (coordinates.T @ self._vectors[piece, : self.size].T).T
 
     def compress(self, n_kept: int) -> None:
-        """Thick restart: the best Ritz vectors take the place of Q, and W stays."""
+        """Thick restart: the best Ritz vectors replace Q, and W is kept."""
         theta, S, _residual = self.ritz_pairs(n_kept)
         self._combine(S)
         self._coupling = self._coupling @ S[self._previous :]
         self._projected, self._previous = np.diag(theta), 0
 
     def _place(self, shape: tuple[int, ...]) -> Matrix:
-        """A block that may be written over; those of another shape are no longer wanted."""
+        """Block for reuse, or a new one; free blocks of another shape are discarded."""
         while self._free:
             block = self._free.pop()
             if block.shape == shape:
@@ -144,15 +144,16 @@ class KrylovBasis:
 
     def _orthogonalise_to_basis(self, column: Matrix) -> tuple[Matrix, Matrix]:
         """Make columns orthogonal to Q in place, and return them with the coordinates of their part along Q."""
-        if not column.size:  # BLAS refuses to do nothing
+        if not column.size:  # BLAS refuses empty arrays
             return column, np.empty((self.size, 0))
         Q = self._vectors[:, : self.size]
         part = _projected(Q, self._mass.multiply_in_workspace(column))
         return _subtract_product(column, Q, part), part
 
     def _orthonormalise(self, column: Matrix, scale: float) -> Matrix:
-        """Make W of the columns; R with column = W R, but for directions that are round-off against `scale`."""
-        # Each sweep divides by the root of the Gram matrix, its eigenvalues lifted to round-off, until it is near one.
+        """Make W from the columns and return R, with column = W R except for round-off relative to `scale`."""
+        # Each sweep divides by the root of the Gram matrix, with eigenvalues of at least round-off, until the matrix is
+        # nearly one.
         R, product = np.eye(column.shape[1]), column
         worst, stale, is_clean = 0.0, np.inf, False
         for _sweep in range(MAX_SWEEP):
@@ -174,7 +175,7 @@ class KrylovBasis:
             left, size, right = np.linalg.svd(R)
             n_left = min(int(np.count_nonzero(size > NOISE * scale)), len(column) - self.size)
             is_clean |= n_left == len(size) and size[-1] > UNCLEAN * scale
-            if not is_clean or worst < UNCLEAN:  # what little is left has a part along Q again
+            if not is_clean or worst < UNCLEAN:  # small remaining directions have a part along Q again
                 column = dgemm(1.0, column, np.asfortranarray(left[:, :n_left])) if n_left else column[:, :0]
                 column, _part = self._orthogonalise_to_basis(column)
                 R, worst, stale, is_clean = size[:n_left, None] * right[:n_left], 0.0, np.inf, True
@@ -188,7 +189,7 @@ def _projected(basis: Matrix, columns: Matrix) -> Matrix:
     """The product basis^T columns."""
     if len(basis) < LONG:
         return np.asarray(dgemm(1.0, basis, columns, trans_a=1))
-    # The compiler takes a while to import: short columns do without.
+    # Imported only for long columns, because importing the compiler takes time.
     from fe.sparse.narrow_product import project
 
     return project(basis, columns)

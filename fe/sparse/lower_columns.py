@@ -1,4 +1,4 @@
-"""The columns of a lower triangle, entry by entry, made of an upper triangle that is stored in rows of blocks."""
+"""Columns of a lower triangle, entry by entry, from an upper triangle that is stored in rows of blocks."""
 
 from typing import Any
 
@@ -12,19 +12,19 @@ from fe.sparse.upper_triangle import LowerColumns, Upper
 
 
 def lower_columns(upper: Upper, *, is_pattern: bool = False) -> LowerColumns:
-    """In the order that there is; rows ascend, and blocks on the diagonal are whole.
+    """Lower triangle in the order of the matrix; rows ascend, and blocks on the diagonal are complete.
 
     Parameters
     ----------
     upper
-        In blocks of any length.
+        Upper triangle in blocks of any length.
     is_pattern
-        Without values.
+        Whether values are left out.
 
     Raises
     ------
     TooLarge
-        There are more entries than 32 bits count.
+        The number of entries exceeds 32 bits.
     """
     b = upper.block
     start = _compute_starts(np.repeat(b * np.diff(upper.row_start), b))
@@ -34,14 +34,14 @@ def lower_columns(upper: Upper, *, is_pattern: bool = False) -> LowerColumns:
 
 
 def ordered_columns(upper: Upper, order: Int[NDArray[np.int32], " n"]) -> LowerColumns:
-    """In another order, without what is above the diagonal there; the rows of a column do not ascend.
+    """Lower triangle of the reordered matrix; the rows of a column do not ascend.
 
     Parameters
     ----------
     upper
-        In blocks of any length.
+        Upper triangle in blocks of any length.
     order
-        Row k is to be row order[k] of the matrix.
+        Order of rows: row k of the result is row order[k] of the matrix, shape (n,) [-].
     """
     place = np.empty_like(order)
     place[order] = np.arange(len(order), dtype=order.dtype)
@@ -88,7 +88,7 @@ def _count(count: Any, place: Any, order: Any, row_start: Any, column: Any, b: i
 def _fill(
     free: Any, row: Any, values: Any, place: Any, order: Any, row_start: Any, column: Any, blocks: Any, b: int
 ) -> None:
-    # Row after row in the new order, so that most of what is written lies close together.
+    # Row after row in the new order, so that most writes are close together in memory.
     for k in range(len(order)):
         i, r = order[k] // b, order[k] % b
         for e in range(row_start[i], row_start[i + 1]):

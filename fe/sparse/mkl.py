@@ -1,4 +1,4 @@
-"""Location of Intel's MKL: the wheel `mkl`, a dependency of `pypardiso`."""
+"""Load Intel's MKL from the wheel `mkl`, a dependency of `pypardiso`."""
 
 import ctypes
 import sys
@@ -6,26 +6,26 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-#: Interface layer LP64, whatever the environment says: all integers that are handed over have 32 bits.
+#: Interface layer LP64, in which all integer arguments have 32 bits; it is set independently of the environment.
 SHORT_INTEGERS = 0
 
 
 def count_threads() -> int:
-    """Threads that MKL shares its work among [-]."""
+    """Number of threads of MKL [-]."""
     return int(library().MKL_Get_Max_Threads())
 
 
 @cache
 def library() -> Any:
-    """MKL's library.
+    """Load the library of MKL.
 
     Raises
     ------
     ImportError, OSError
-        There is no MKL, or it cannot be loaded.
+        MKL is missing or cannot be loaded.
     """
-    # The wheel `mkl` puts its libraries here. Importing pypardiso would search all files of the installation for them,
-    # twice, which takes two seconds.
+    # The wheel `mkl` installs its libraries here. Importing pypardiso would search all files of the installation for
+    # them, twice, which takes two seconds.
     for place in sorted(Path(sys.prefix).glob("lib/libmkl_rt.*")):
         result = ctypes.CDLL(str(place))
         break

@@ -1,6 +1,6 @@
-"""Products of a long basis with the few columns of a block: each reads the basis once, at the speed of the memory.
+"""Products of a long basis with the few columns of a block, which read the basis once at the speed of the memory.
 
-Matrix products of BLAS are made for squarer matrices, and take half as long again or twice as long.
+Matrix products of BLAS are made for matrices closer to square, and take 1.5 to 2 times as long.
 """
 
 from typing import Any
@@ -15,14 +15,14 @@ from fe.sparse.simd_sum import add_combination, add_projection
 
 Matrix = NDArray[np.float64]
 
-#: Rows that stay in the nearest cache while all columns of the basis pass by.
+#: Number of rows that stay in the nearest cache while all columns of the basis are read.
 PIECE = 512
-#: Columns of the basis that are read side by side.
+#: Number of columns of the basis that are read side by side.
 GROUP = 24
 
 
 def project(basis: Float[Matrix, "n m"], columns: Float[Matrix, "n k"]) -> Float[Matrix, "m k"]:
-    """basis^T columns; both in Fortran order."""
+    """Product basis^T columns; both are in Fortran order."""
     result = np.empty((basis.shape[1], columns.shape[1]), order="F")
     for some, lanes in groups(columns.shape[1]):
         sums = np.zeros((len(result), len(lanes)))
@@ -32,7 +32,7 @@ def project(basis: Float[Matrix, "n m"], columns: Float[Matrix, "n k"]) -> Float
 
 
 def subtract(columns: Float[Matrix, "n k"], basis: Float[Matrix, "n m"], factors: Float[Matrix, "m k"]) -> None:
-    """Take basis @ factors from the columns; those and the basis are in Fortran order."""
+    """Subtract basis @ factors from the columns in place; columns and basis are in Fortran order."""
     for some, lanes in groups(columns.shape[1]):
         negative = np.zeros((len(factors), len(lanes)))
         negative[:, : some.stop - some.start] = -factors[:, some]

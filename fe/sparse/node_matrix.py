@@ -1,7 +1,7 @@
-"""A sparse matrix that is the same in each direction, A kron I_3, as a consistent mass is; products with it.
+"""Sparse matrix that is the same in each direction, A kron I_3, such as a consistent mass, and products with it.
 
-Three degrees of freedom of k columns stand side by side in memory, so the matrix of the nodes, of a third of the
-entries, does the work of all directions at once.
+The three degrees of freedom of a node, for k columns, are side by side in memory, so that A, with a third of the
+entries, is multiplied by all directions at once.
 """
 
 from dataclasses import dataclass
@@ -22,12 +22,12 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NodeMatrix:
-    """A kron I_3 of which A is stored: a third of the entries.
+    """Matrix A kron I_3, of which only A is stored: a third of the entries.
 
     Parameters
     ----------
     nodes
-        A, symmetric, both triangles, shape (n_node, n_node).
+        Matrix A, symmetric, both triangles, shape (n_node, n_node).
     """
 
     nodes: sp.csr_array
@@ -44,22 +44,22 @@ class NodeMatrix:
         Raises
         ------
         ValueError
-            Another number of rows.
+            A number of rows that does not match the matrix.
         """
         check_rows(self.shape, columns)
         n_node = self.nodes.shape[0]
         return np.asarray(self.nodes @ columns.reshape(n_node, columns.size // n_node)).reshape(columns.shape)
 
     def diagonal(self) -> Float[NDArray[np.float64], " n"]:
-        """The diagonal, shape (n,)."""
+        """Diagonal, shape (n,)."""
         return np.repeat(self.nodes.diagonal(), NODE)
 
     def part(self, nodes: Int[NDArray[np.int64], " m"]) -> "NodeMatrix":
-        """Copy of the part of some nodes."""
+        """Copy of the rows and columns of some nodes."""
         return NodeMatrix(nodes=sp.csr_array(self.nodes[nodes][:, nodes]))
 
     def tocsr(self) -> sp.csr_array:
-        """Each row three times, its columns moved apart, shape (n, n)."""
+        """Whole matrix A kron I_3 as CSR, shape (n, n)."""
         row_start, n = self.nodes.indptr, self.shape[0]
         length = np.repeat(np.diff(row_start), NODE)
         start = np.concatenate([[0], np.cumsum(length)]).astype(np.int32)
@@ -75,12 +75,12 @@ class NodeMatrix:
 
 
 class BlockProduct:
-    """A symmetric sparse matrix, ready to be multiplied by many columns again and again.
+    """Product with a symmetric sparse matrix, prepared for many products with many columns.
 
     Parameters
     ----------
     matrix
-        Shape (n, n); it is not needed afterwards.
+        Matrix, shape (n, n); it is not needed afterwards.
     """
 
     def __init__(self, matrix: Symmetric) -> None:
@@ -92,7 +92,7 @@ class BlockProduct:
             node = node_matrix(whole)
             direction, kept = (1, whole) if node is None else (NODE, node)
         self._kernel = _choose_kernel(kept, direction)
-        # Kept from one product to the next: fresh memory costs as much as the product.
+        # Kept between products, because allocating memory costs as much as the product.
         self._workspace = np.empty((0, 0))
 
     def __matmul__(self, columns: Matrix) -> Matrix:
@@ -100,18 +100,19 @@ class BlockProduct:
         return self.multiply_into(np.empty(columns.shape, order="F"), columns)
 
     def multiply_in_workspace(self, columns: Matrix) -> Matrix:
-        """The same in a workspace, which the next call overwrites."""
+        """Product with columns in a workspace, which the next call overwrites."""
         if self._workspace.shape != columns.shape:
             self._workspace = np.empty(columns.shape, order="F")
         return self.multiply_into(self._workspace, columns)
 
     def multiply_into(self, product: Matrix, columns: Matrix) -> Matrix:
-        """The same in a given array of the columns' shape in Fortran order.
+        """Product with columns in a given array of the columns' shape in Fortran order.
 
         Raises
         ------
         ValueError
-            Another number of rows, not columns of real numbers, or a product of another shape.
+            Columns with a number of rows that does not match the matrix, complex columns, an array without two
+            dimensions, or a product of another shape.
         """
         check_rows(self.shape, columns)
         if columns.ndim != 2 or product.shape != columns.shape or np.iscomplexobj(columns):
@@ -126,7 +127,7 @@ class BlockProduct:
 
 
 class PlainProduct:
-    """SciPy's product with a matrix of the nodes."""
+    """Product with a matrix of the nodes by SciPy."""
 
     def __init__(self, matrix: sp.csr_array) -> None:
         self._matrix = matrix
@@ -140,14 +141,14 @@ class PlainProduct:
 def _choose_kernel(matrix: sp.csr_array, direction: int) -> "PlainProduct | SparseProduct":
     if direction * matrix.shape[0] < LONG:
         return PlainProduct(matrix)
-    # The compiler takes a while to import: short columns do without.
+    # Imported only for long columns, because importing the compiler takes time.
     from fe.sparse.product import SparseProduct
 
     return SparseProduct(matrix, direction)
 
 
 def node_matrix(matrix: sp.csr_array) -> sp.csr_array | None:
-    """A of a matrix A kron I_3, shape (n / 3, n / 3); None of any other matrix."""
+    """Matrix A of a matrix A kron I_3, shape (n / 3, n / 3); None for any other matrix."""
     n = matrix.shape[0]
     length = np.diff(matrix.indptr)
     if n % NODE or (length.reshape(-1, NODE) != length[::NODE, None]).any():

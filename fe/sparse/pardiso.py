@@ -1,7 +1,7 @@
-"""MKL PARDISO through the low-level handle of the `pypardiso` wheel.
+"""Factorise with MKL PARDISO, called directly.
 
-The wheel's public `solve` takes both triangles (twice the memory, twice the factor time) and hashes the matrix on
-every call; here the upper triangle is analysed once and factorised for each set of values.
+The public `solve` of the `pypardiso` wheel needs both triangles (twice the memory, twice the factor time) and hashes
+the matrix on every call; here the upper triangle is analysed once and factorised for each set of values.
 
 References
 ----------
@@ -35,18 +35,18 @@ from fe.sparse.upper_triangle import MIN_BLOCKED, Upper, blocks_or_csr, take_upp
 
 ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1
 ZERO_PIVOT = -4
-#: The parameter that tells the equation of a pivot that is not positive.
+#: Parameter with the equation of a pivot that is not positive.
 NO_PIVOT = 29
-#: The parameter that tells whose order of rows is taken.
+#: Parameter that controls the order of rows.
 ORDER = 4
-#: Where rows do not come by threes PARDISO looks for blocks itself, which may fill up to a fifth. Either way the graph
-#: that is ordered and analysed is that of the nodes, a ninth as large.
+#: Similarity of rows [%] above which PARDISO joins them to blocks, if rows do not come in threes; up to a fifth of the
+#: entries may then be zeros. In both cases the graph of the nodes, a ninth as large, is ordered and analysed.
 SIMILAR = 80
 NO_VALUES = np.zeros(0)
 
 
 class Pardiso:
-    """Cholesky or Bunch-Kaufman LDL^T of the upper triangle."""
+    """Cholesky or Bunch-Kaufman LDL^T factorisation by PARDISO."""
 
     def __init__(self, matrix: Symmetric, definiteness: Definiteness) -> None:
         self._positive = definiteness is Definiteness.POSITIVE
@@ -54,8 +54,8 @@ class Pardiso:
         self._n, self._shape, self._nnz = matrix.shape[0], matrix.shape, matrix.nnz
         self._upper = self._checked(matrix)
         self._call = _Handle(self._upper, 2 if self._positive else -2)
-        # MKL's memory is outside Python's reach; without this call each factor would stay for ever. At the end of the
-        # process there is nothing left to save, and MKL may be gone already.
+        # Python does not manage MKL's memory; without this call it would never be freed. At the end of the process it
+        # is not needed, and MKL may be unloaded already.
         weakref.finalize(self, self._call, RELEASE, self._upper._replace(values=NO_VALUES)).atexit = False
         self._call(ANALYSE, self._upper)
         self._factorise()
@@ -73,7 +73,7 @@ class Pardiso:
 
     def _factorise(self) -> None:
         self._call(FACTORISE, self._upper)
-        # Where pivots were altered, a solution is refined with the matrix itself; Cholesky alters none.
+        # If pivots were altered, PARDISO refines solutions with the matrix; Cholesky alters no pivots.
         if self._positive:
             self._upper = self._upper._replace(values=NO_VALUES)
 
@@ -97,7 +97,7 @@ class Pardiso:
 
     @property
     def work(self) -> tuple[float, float] | None:
-        """Entries of the factor's triangle, operations that made it [-]; None where PARDISO counts its own blocks."""
+        """Entries of the factor and operations of the factorisation [-]; None if PARDISO chose the blocks."""
         entries, millions = (float(self._call.parameters[k]) for k in (17, 18))
         block = self._upper.block
         return None if self._call.parameters[36] < 0 else (entries * block**2, 1e6 * millions * block**3)
@@ -109,14 +109,14 @@ class Pardiso:
 
 
 def order_by_nested_dissection(upper: Upper) -> NDArray[np.int64]:
-    """The order of rows in which a factor of the matrix fills little, shape (n,).
+    """Order of rows that gives a factor with few entries, shape (n,).
 
     Raises
     ------
     ImportError, OSError
-        There is no MKL, or it cannot be loaded.
+        MKL is missing or cannot be loaded.
     RuntimeError
-        PARDISO failed, for lack of memory perhaps.
+        PARDISO failed, for example because of insufficient memory.
     """
     handle = _Handle(upper, 2)
     handle.parameters[ORDER] = 2  # returned
@@ -131,7 +131,7 @@ def order_by_nested_dissection(upper: Upper) -> NDArray[np.int64]:
 
 
 class _Handle:
-    """Parameters and memory that PARDISO works on."""
+    """Parameters and memory of PARDISO."""
 
     def __init__(self, upper: Upper, mtype: int) -> None:
         n = len(upper.row_start) - 1
@@ -183,7 +183,7 @@ class _Handle:
             pointer(nothing if x is None else x, ctypes.c_double),
             ctypes.byref(error),
         )
-        # With blocks of nodes the error of a pivot that is not positive is the number of its equation.
+        # With blocks of nodes, the error code of a pivot that is not positive is the number of its equation.
         if error.value == ZERO_PIVOT or (error.value < 0 and self.parameters[NO_PIVOT] == error.value):
             raise singular(self._n * upper.block)
         if error.value:

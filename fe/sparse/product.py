@@ -1,4 +1,4 @@
-"""Products of a sparse matrix with a few columns, whose sums stay in registers while the entries of a row pass by."""
+"""Products of a sparse matrix with a few columns; sums over the entries of a row stay in registers."""
 
 from typing import Any
 
@@ -13,19 +13,19 @@ from fe.sparse.simd_sum import put_sparse_row
 
 Matrix = NDArray[np.float64]
 
-#: Rows of a product that are found before they go to their columns.
+#: Number of nodes whose rows of a product are computed before they are copied to its columns.
 PIECE = 64
 
 
 class SparseProduct:
-    """A sparse matrix, the same in each of some directions, ready to be multiplied.
+    """Product with a sparse matrix that is the same in each direction.
 
     Parameters
     ----------
     matrix
-        Matrix of the nodes, shape (n_node, n_node); its arrays are used where they are.
+        Matrix of the nodes, shape (n_node, n_node); its arrays are not copied.
     direction
-        Degrees of freedom of a node [-].
+        Number of degrees of freedom of a node [-].
     """
 
     def __init__(self, matrix: sp.csr_array, direction: int) -> None:
@@ -36,12 +36,12 @@ class SparseProduct:
         self._buffer = Buffer()
 
     def multiply_into(self, product: Float[Matrix, "n k"], columns: Float[Matrix, "n k"]) -> None:
-        """Put the product with columns into a matrix of their shape; both are in Fortran order."""
+        """Store the product with columns in a matrix of their shape; both are in Fortran order."""
         matrix = self._start, self._column, self._values
         for some, lanes in groups(columns.shape[1]):
             rows = self._buffer.rows(len(columns), len(lanes))
             piece = np.empty((PIECE * self._direction, len(lanes)))
-            # Turned, they are in the order of memory, even one column alone: machine code is made for the order.
+            # Transposed, they are in C order, even a single column: machine code is compiled for the order.
             _multiply(*matrix, columns[:, some].T, product[:, some].T, rows, piece, lanes, lanes * self._direction)
 
 
@@ -49,7 +49,7 @@ class SparseProduct:
 def _multiply(
     start: Any, column: Any, values: Any, given: Any, result: Any, rows: Any, piece: Any, lanes: Any, wide: Any
 ) -> None:
-    """`wide` is as long as the rows of a node side by side, as many as the directions that it has."""
+    """Store the product; `wide` is as long as the rows of all directions of a node side by side."""
     n_column, n = given.shape
     direction = len(wide) // len(lanes)
     for first in range(0, n, len(piece)):

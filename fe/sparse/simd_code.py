@@ -1,17 +1,18 @@
 """Machine code for rows of a few numbers that stay in the vector registers of the processor.
 
-A library's matrix product copies its operands first, which costs as much as the work where there are a dozen columns
-only. Here what is long is read once, as it lies in memory, and the results stay in registers meanwhile. What a compiler
-makes of loops does not do that, so a few operations (`fe.sparse.simd_tile`, `fe.sparse.simd_sum`) are written in
-the compiler's own language, the intermediate representation of LLVM, through numba's intrinsics.
+The matrix product of a library first copies its operands, which costs as much as the product itself for a dozen
+columns. Here the long operand is read once, in the order of memory, while the results stay in registers. Compilers do
+not produce such code from loops, so a few operations (`fe.sparse.simd_tile`, `fe.sparse.simd_sum`) are written in the
+intermediate representation of LLVM, through numba's intrinsics.
 
-Columns that are worked on together are rows of a few numbers side by side, as many as the tuple `lanes` is long, so
-that each such number has machine code of its own. All addresses are in bytes, as `array.ctypes.data` tells them.
+Columns that are processed together are stored as rows of a few numbers side by side. The length of the tuple `lanes` is
+the length of these rows, so that machine code is compiled for each length. All addresses are in bytes, as in
+`array.ctypes.data`.
 
 References
 ----------
-Goto and van de Geijn, Anatomy of high-performance matrix multiplication, ACM Trans. Math. Softw. 34 (2008) 12: why
-results belong into registers.
+Goto and van de Geijn, Anatomy of high-performance matrix multiplication, ACM Trans. Math. Softw. 34 (2008) 12: reasons
+to keep results in registers.
 """
 
 import inspect
@@ -28,25 +29,25 @@ from numpy.typing import NDArray
 
 DOUBLE, INTEGER, SHORT = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 SIZE, SHORT_SIZE = 8, 4
-#: Bytes of a line of the cache.
+#: Number of bytes of a cache line.
 LINE = 64
-#: Numbers that one register holds at most.
+#: Largest number of values in a register.
 REGISTER = 8
-#: How far ahead of its use a tile is fetched [byte]: the processor by itself stops at the end of each page.
+#: Distance by which a tile is prefetched [byte]; the processor's own prefetching stops at the end of each page.
 AHEAD = 4096
-#: Rows of a full tile on any processor.
+#: Largest number of rows of a full tile on any processor.
 TALLEST = 8
-#: What the processor can do that machine code is made for: this one, or the one that numba was told.
+#: Features of the processor for which machine code is compiled: of this processor, or as set in numba.
 SETTINGS: Any = config
 HOST: Any = get_host_cpu_features
 FEATURES = HOST() if SETTINGS.CPU_FEATURES is None else SETTINGS.CPU_FEATURES
-#: Rows of a full tile there: with sixteen right-hand sides its results fill half of the 32 registers of AVX-512, with
-#: twelve three quarters of the 16 smaller ones of AVX2.
+#: Number of rows of a full tile on this processor: the results for sixteen right-hand sides fill half of the 32
+#: registers of AVX-512, those for twelve fill three quarters of the 16 smaller registers of AVX2.
 ROWS = TALLEST if "+avx512f" in FEATURES else 4
-#: Rows of all tiles there are, the full one first: what is left of a supernode is cut into the others.
+#: Numbers of rows of all tiles, the full tile first; the rest of a supernode is cut into the smaller tiles.
 HEIGHTS = tuple(height for height in (8, 4, 2, 1) if height <= ROWS)
 
-#: Right-hand sides that are taken together: what is missing is filled up with zeros.
+#: Numbers of right-hand sides that are processed together; missing ones are filled up with zeros.
 LANES = (4, 12, 16, 24)
 
 POSITIONAL = inspect.Parameter.POSITIONAL_OR_KEYWORD
@@ -56,14 +57,14 @@ Row = list[Value]
 
 
 def groups(n: int) -> Iterator[tuple[slice, tuple[int, ...]]]:
-    """Parts of so many right-hand sides that are taken together, each with its tuple of lanes."""
+    """Groups of n right-hand sides that are processed together, each with its tuple of lanes."""
     for first in range(0, n, LANES[-1]):
         some = slice(first, min(first + LANES[-1], n))
         yield some, (0,) * next(item for item in LANES if item >= some.stop - some.start)
 
 
 class Code:
-    """Writes instructions for rows of so many right-hand sides."""
+    """Writer of instructions for rows of `lanes` right-hand sides."""
 
     def __init__(self, builder: Any, lanes: int) -> None:
         self.builder, self.lanes = builder, lanes
@@ -71,47 +72,47 @@ class Code:
         self.registers = [REGISTER] * full + [rest] * bool(rest)
 
     def address(self, base: Value, index: Value | int, stride: Value | int) -> Value:
-        """Of an item that is `index` strides away."""
+        """Address of an item `index` strides after the base."""
         if isinstance(index, int) and isinstance(stride, int):
             return self.builder.add(base, INTEGER(index * stride))
         index, stride = (INTEGER(item) if isinstance(item, int) else item for item in (index, stride))
         return self.builder.add(base, self.builder.mul(index, stride))
 
     def number(self, address: Value) -> Value:
-        """The number at an address."""
+        """Number at an address."""
         return self._load(address, DOUBLE, SIZE)
 
     def numbers(self, address: Value, n: int) -> list[Value]:
-        """Numbers side by side from an address on."""
+        """Numbers side by side, starting at an address."""
         return [self.number(self.address(address, r, SIZE)) for r in range(n)]
 
     def fetch_rows(self, x: Value, row: Value, first: int, last: int) -> None:
-        """Bring those rows of x into the cache that come later in the list at `row`."""
+        """Prefetch rows of x whose numbers are at places `first` to `last` of the list at `row`."""
         for index in range(first, last):
             place = self.place(x, row, index)
             for line in range(0, SIZE * self.lanes, LINE):
                 self.fetch(place, line)
 
     def place(self, x: Value, row: Value, index: int) -> Value:
-        """Address of the row of x that the list at `row` names."""
+        """Address of the row of x whose number is at place `index` of the list at `row`."""
         number = self.builder.sext(self._load(self.address(row, index, SHORT_SIZE), SHORT, SHORT_SIZE), INTEGER)
         return self.address(x, number, SIZE * self.lanes)
 
     def row(self, address: Value) -> Row:
-        """The row at an address."""
+        """Row at an address."""
         return [
             self._load(self.address(address, k * REGISTER, SIZE), ir.VectorType(DOUBLE, width), SIZE)
             for k, width in enumerate(self.registers)
         ]
 
     def store(self, row: Row, address: Value) -> None:
-        """Put a row at an address."""
+        """Store a row at an address."""
         for k, value in enumerate(row):
             pointer = self.builder.inttoptr(self.address(address, k * REGISTER, SIZE), value.type.as_pointer())
             self.builder.store(value, pointer).align = SIZE
 
     def zero(self) -> Row:
-        """A row of zeros."""
+        """Row of zeros."""
         return [ir.Constant(ir.VectorType(DOUBLE, width), None) for width in self.registers]
 
     def times(self, factor: Value, row: Row) -> Row:
@@ -127,7 +128,7 @@ class Code:
         return [self.builder.fsub(x, y) for x, y in zip(a, b, strict=True)]
 
     def negative(self, row: Row) -> Row:
-        """The row's negative."""
+        """Negative of a row."""
         return [self.builder.fneg(value) for value in row]
 
     def plus_times(self, a: Row, factor: Value, row: Row) -> Row:
@@ -141,7 +142,7 @@ class Code:
         return result
 
     def fetch(self, address: Value, ahead: int = AHEAD) -> None:
-        """Bring what will be read soon into the cache."""
+        """Prefetch the memory `ahead` bytes after an address."""
         byte = ir.IntType(8).as_pointer()
         signature = ir.FunctionType(ir.VoidType(), [byte, SHORT, SHORT, SHORT])
         prefetch = self._intrinsic(signature, "llvm.prefetch.p0")
@@ -149,7 +150,7 @@ class Code:
         self.builder.call(prefetch, [pointer, SHORT(0), SHORT(3), SHORT(1)])
 
     def loop(self, n: Value, start: Sequence[Row], body: Callable[[Value, list[Row]], Sequence[Row]]) -> list[Row]:
-        """Rows that a body alters n times; it is told which time it is."""
+        """Rows after n passes of a loop; `body` gets the number of the pass and the rows, and returns the new rows."""
         builder, before = self.builder, self.builder.block
         head, inside, after = (builder.append_basic_block(name) for name in ("head", "body", "after"))
         builder.branch(head)
@@ -170,7 +171,7 @@ class Code:
         return rows
 
     def sums(self, n: Value, start: Sequence[Row], term: Callable[[Value], tuple[Sequence[Value], Row]]) -> list[Row]:
-        """Rows that grow n times by a row times as many factors, which a function tells by the time that it is."""
+        """Rows after n additions of a row times one factor per row; `term` gives factors and row of each pass."""
 
         def body(time: Value, totals: list[Row]) -> list[Row]:
             factors, row = term(time)
@@ -198,7 +199,7 @@ def _flatten(rows: Iterable[Row]) -> list[Value]:
 
 
 def operation(write: Callable[..., None], heights: Sequence[int] = HEIGHTS) -> Any:
-    """What compiled code calls with addresses and counts, the height of the tile, and a tuple as long as its lanes."""
+    """Make a function that compiled code calls with addresses and counts, the height of the tile, and lanes."""
 
     def define(_typing: Any, *kinds: Any) -> Any:
         lanes = kinds[-1]
@@ -212,7 +213,7 @@ def operation(write: Callable[..., None], heights: Sequence[int] = HEIGHTS) -> A
 
         return types.void(*[types.intp] * (len(kinds) - 1), lanes), generate
 
-    # numba asks for the names of what is handed over.
+    # numba needs the names of the arguments.
     names = ["typing", *list(inspect.signature(write).parameters)[2:], "height", "lanes"]
     named: Any = define
     named.__signature__ = inspect.Signature([inspect.Parameter(name, POSITIONAL) for name in names])
@@ -220,16 +221,16 @@ def operation(write: Callable[..., None], heights: Sequence[int] = HEIGHTS) -> A
 
 
 class Buffer:
-    """A buffer as large as has ever been asked for."""
+    """Buffer that grows to the largest requested size."""
 
     def __init__(self) -> None:
         self._numbers = np.empty(0)
 
     def rows(self, n: int, length: int) -> Float[NDArray[np.float64], "n length"]:
-        """Rows that begin on a line of the cache, where a register's load would else touch two; not cleared."""
+        """Rows that begin on a cache line, so that loading a register touches one line; they are not cleared."""
         spare = LINE // self._numbers.itemsize
         if self._numbers.size < n * length + spare:
-            self._numbers = np.empty(0)  # not to stand beside the larger one
+            self._numbers = np.empty(0)  # freed before the larger one is allocated
             self._numbers = np.empty(n * length + spare)
         first = -self._numbers.ctypes.data % LINE // self._numbers.itemsize
         return self._numbers[first : first + n * length].reshape(n, length)

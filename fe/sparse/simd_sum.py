@@ -1,10 +1,10 @@
-"""Sums over long columns, or over the entries of a sparse row, of a few columns each; see `fe.sparse.simd_code`."""
+"""Sums over long columns or over the entries of a sparse row, for a few columns at once; see `fe.sparse.simd_code`."""
 
 from collections.abc import Callable
 
 from fe.sparse.simd_code import SHORT_SIZE, SIZE, Code, Row, Value, operation
 
-#: Columns of a basis are read side by side, so many tiles ahead.
+#: Number of tiles by which columns of a basis are prefetched.
 NEXT = 4
 
 
@@ -45,12 +45,11 @@ def _put_sparse_row(code: Code, _height: int, values: Value, column: Value, n: V
     code.store(code.sums(n, [code.zero()], term)[0], result)
 
 
-#: (columns, stride, z, n, sums, height, lanes): add the products of columns, `stride` bytes apart, with n rows of z to
-#: as many rows of sums.
+#: (columns, stride, z, n, sums, height, lanes): add the products of `height` columns, `stride` bytes apart, with n rows
+#: of z to as many rows of sums.
 add_projection = operation(_add_projection)
-#: (columns, stride, factors, n, sums, height, lanes): add n columns, `stride` bytes apart, times as many rows of
-#: factors to rows of sums.
+#: (columns, stride, factors, n, sums, height, lanes): add n columns, `stride` bytes apart, times n rows of factors to
+#: `height` rows of sums.
 add_combination = operation(_add_combination)
-#: (values, column, n, x, result, 1, lanes): put the sum of n values times those rows of x that the list at `column`
-#: names.
+#: (values, column, n, x, result, 1, lanes): store the sum of n values times the rows of x with the numbers at `column`.
 put_sparse_row = operation(_put_sparse_row, (1,))

@@ -1,14 +1,14 @@
-"""Products and solutions with a few rows of a factor, which are read once, as they lie in memory.
+"""Products and solutions with a few rows of a factor, which are read once in the order of memory.
 
-A tile is a few rows of the factor, column after column: of a tile of h rows, entry (r, k) stands at [h * k + r].
-Right-hand sides and addresses are as `fe.sparse.simd_code` says.
+A tile is a few rows of the factor, column after column: entry (r, k) of a tile of h rows is at [h * k + r]. Right-hand
+sides and addresses are described in `fe.sparse.simd_code`.
 """
 
 from fe.sparse.simd_code import SIZE, Code, Row, Value, operation
 
 
 def _multiply(code: Code, height: int, tile: Value, own: Value, n_column: Value) -> list[Row]:
-    """Tile times the first rows of `own`."""
+    """Product of the tile with the first rows of `own`."""
 
     def term(k: Value) -> tuple[list[Value], Row]:
         column = code.address(tile, k, SIZE * height)
@@ -19,14 +19,14 @@ def _multiply(code: Code, height: int, tile: Value, own: Value, n_column: Value)
 
 
 def _subtract_transposed(code: Code, tile: Value, own: Value, n_column: Value, x: list[Row]) -> None:
-    """Take tile^T x from the first rows of `own`."""
+    """Subtract tile^T x from the first rows of `own`."""
     height, x = len(x), [code.negative(row) for row in x]
 
     def body(k: Value, _: list[Row]) -> list[Row]:
         column, place = code.address(tile, k, SIZE * height), code.address(own, k, SIZE * code.lanes)
         code.fetch(column)
         entries = code.numbers(column, height)
-        # Two sums, as each addition waits for the one before.
+        # Two sums, because each addition waits for the previous one.
         even, odd = code.row(place), code.zero()
         for r in range(0, height, 2):
             even = code.plus_times(even, entries[r], x[r])
@@ -84,15 +84,15 @@ def _solve_upper(code: Code, height: int, tile: Value, own: Value, first: Value)
     _subtract_transposed(code, tile, own, first, x)
 
 
-#: (tile, own, n_column, x, row, height, lanes): take the product of a tile with `n_column` rows of right-hand sides
-#: from those rows of x that the list at `row` names.
+#: (tile, own, n_column, x, row, height, lanes): subtract the product of a tile with the `n_column` rows at `own` from
+#: the rows of x whose numbers are at `row`.
 subtract_product = operation(_subtract_product)
-#: (tile, own, n_column, x, row, height, lanes): take the transposed tile times those rows of x that the list at `row`
-#: names from `n_column` rows of right-hand sides.
+#: (tile, own, n_column, x, row, height, lanes): subtract the product of the transposed tile with the rows of x whose
+#: numbers are at `row` from the `n_column` rows at `own`.
 subtract_transposed_product = operation(_subtract_transposed_product)
-#: (tile, own, first, height, lanes): solve for the rows from `first` on, by a tile that ends with its triangle, of
-#: which the diagonal is inverted.
+#: (tile, own, first, height, lanes): solve for the rows from `first` with a tile that ends with a triangle; the
+#: diagonal of the triangle is inverted.
 solve_lower = operation(_solve_lower)
-#: (tile, own, first, height, lanes): the same with the transposed triangle; then take what is found from the rows
-#: before.
+#: (tile, own, first, height, lanes): solve with the transposed triangle; then subtract the product of the transposed
+#: tile with the solution from the rows before `first`.
 solve_upper = operation(_solve_upper)

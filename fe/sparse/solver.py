@@ -1,7 +1,7 @@
-"""Factorising a sparse symmetric matrix once, and solving with it many times.
+"""Factorise a sparse symmetric matrix once and solve with it many times.
 
-PARDISO (Cholesky or LDL^T, from the `pypardiso` wheel) where it is installed, CHOLMOD (Cholesky) where the system has
-it, SuperLU from SciPy everywhere else; CHOLMOD before PARDISO where many right-hand sides are to be solved for.
+The library is PARDISO (Cholesky or LDL^T, from the `pypardiso` wheel) if it is installed, else CHOLMOD (Cholesky) if
+the system has it, else SuperLU from SciPy. CHOLMOD is preferred to PARDISO for many right-hand sides.
 """
 
 from collections.abc import Callable
@@ -25,7 +25,7 @@ from fe.sparse.symmetry import check_symmetric
 
 
 class Backend(Enum):
-    """Which library factorises; the first one is the fastest, but for much work."""
+    """Libraries for the factorisation; the first is the fastest, except for many right-hand sides."""
 
     PARDISO = "pardiso"
     CHOLMOD = "cholmod"
@@ -37,11 +37,11 @@ REMEDY = {
     Backend.CHOLMOD: "apt-get install libcholmod3 libopenblas0 (Debian 12), or libcholmod5 (Debian 13)",
 }
 
-#: From so many rows and right-hand sides on CHOLMOD's factor, with solutions made of its supernodes one after the
-#: other, is faster than PARDISO, as long as no more threads than these share PARDISO's work.
+#: Numbers of rows and of right-hand sides from which CHOLMOD's factor with `fe.sparse.supernodes` is faster than
+#: PARDISO, and largest number of PARDISO's threads for which this holds.
 LARGE, MANY, FEW_THREADS = 10_000, 100, 2
 
-#: What loads each library, and fails where there is none.
+#: Function that loads each library, and fails if it is missing.
 LIBRARY: dict[Backend, Callable[[], Any]] = {
     Backend.PARDISO: lambda: mkl.library(),
     Backend.CHOLMOD: lambda: cholmod_library.library(),
@@ -59,16 +59,16 @@ def is_available(backend: Backend) -> bool:
 
 
 def choose_backend(n: int = 0, n_column: int = 1) -> Backend:
-    """The fastest that is there: PARDISO's wheel is for x86-64 only and needs MKL, CHOLMOD comes with the system.
+    """Fastest available library: PARDISO's wheel is for x86-64 only and needs MKL, CHOLMOD comes with the system.
 
     Parameters
     ----------
     n
-        Rows of a positive definite matrix [-].
+        Number of rows of a positive definite matrix [-].
     n_column
-        Right-hand sides that will come [-].
+        Expected number of right-hand sides [-].
     """
-    # Each is looked for when its turn comes: what is loaded decides which threads MKL will take.
+    # Libraries are loaded only when needed: the libraries that are loaded determine MKL's threads.
     first = next(backend for backend in Backend if is_available(backend))
     is_much = n >= LARGE and n_column >= MANY
     if first is Backend.PARDISO and is_much and mkl.count_threads() <= FEW_THREADS and is_available(Backend.CHOLMOD):
@@ -82,31 +82,31 @@ def factorise(
     backend: Backend | str | None = None,
     n_column: int = 1,
 ) -> Factorisation:
-    """Factorise a symmetric sparse matrix: both triangles of it, or what `fe.assembly.assemble_compact` returns.
+    """Factorise a symmetric sparse matrix: with both triangles stored, or as `fe.assembly.assemble_compact` returns it.
 
     Parameters
     ----------
     matrix
-        Shape (n, n).
+        Matrix, shape (n, n).
     definiteness
-        Definiteness of the matrix; Cholesky takes half the work and memory of LDL^T.
+        Definiteness of the matrix; Cholesky needs half the work and memory of LDL^T.
     backend
-        The library, or its name; by default the fastest one that is installed. CHOLMOD's supernodes are for positive
-        definite matrices: SuperLU takes an indefinite one in its place.
+        Library or its name; by default the fastest that is installed. CHOLMOD factorises positive definite matrices
+        only; SuperLU is used instead for an indefinite matrix.
     n_column
-        Right-hand sides that will come, about [-]: the choice of the library depends on it.
+        Approximate number of right-hand sides, on which the choice of the library depends [-].
 
     Raises
     ------
     ValueError
-        The matrix is not sparse, complex, not square, not finite or not symmetric; a definiteness that there is not.
+        The matrix is not sparse, complex, not square, not finite or not symmetric; or the definiteness is invalid.
     BackendError
-        A library was asked for that this machine does not have, or that is not known.
+        The requested library is not installed, or unknown.
     TooLarge
-        CHOLMOD was asked for by name, or nothing else is there but SuperLU, and its 32 bits do not count the factor.
+        The factor exceeds the 32-bit integers of CHOLMOD, which was requested or is the only library besides SuperLU.
     SingularMatrix
-        A pivot vanished; PARDISO and CHOLMOD also notice a negative one in a matrix declared positive definite.
-        Round-off may hide either in a large matrix, so this is no proof of the contrary.
+        A pivot is zero; PARDISO and CHOLMOD also detect a negative pivot of a matrix declared positive definite. In a
+        large matrix round-off may hide both, so that success does not prove that the matrix is regular.
     """
     check_symmetric(matrix)
     if not isinstance(definiteness, Definiteness):
@@ -128,7 +128,7 @@ def factorise(
         except TooLarge:
             if not (is_open and is_available(Backend.PARDISO)):
                 raise
-        # Not within the exception, which holds what CHOLMOD was given.
+        # Outside the except block, because the exception keeps CHOLMOD's data alive.
         return Pardiso(matrix, definiteness)
     return SuperLU(matrix.tocsr())
 

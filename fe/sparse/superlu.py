@@ -1,4 +1,4 @@
-"""SuperLU of SciPy: the factorisation that is always there."""
+"""Factorise with SuperLU of SciPy, which is always available."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -8,9 +8,9 @@ from fe.sparse.symmetry import check_symmetric
 
 
 class SuperLU:
-    """Symmetric-mode SuperLU: the ordering keeps the symmetry, pivots stay on the diagonal unless tiny.
+    """Symmetric-mode SuperLU: the ordering keeps the symmetry, pivots stay on the diagonal unless they are tiny.
 
-    SciPy offers no analysis apart from the numbers, so that renewing is no faster than beginning.
+    SciPy has no separate symbolic analysis, so `renew` is not faster than a new factorisation.
     """
 
     def __init__(self, matrix: sp.csr_array) -> None:

@@ -1,8 +1,8 @@
-"""Solutions with a Cholesky factor whose columns are grouped into supernodes, for some right-hand sides at a time.
+"""Solve with a Cholesky factor whose columns are grouped into supernodes, for several right-hand sides at a time.
 
 The columns of a supernode have entries in the same rows: a triangle, and a rectangle below. Both are cut into tiles of
-a few rows that lie in memory in the order of their use, so that each pass over the factor reads it once, as fast as the
-memory allows.
+a few rows, stored in the order of their use, so that each pass over the factor reads it once, as fast as the memory
+allows.
 """
 
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ Matrix = NDArray[np.float64]
 
 
 class SupernodeLayout(NamedTuple):
-    """Where the columns, the rows and the tiles of each supernode begin; its first rows are those of its columns."""
+    """First column, row and tile of each supernode, and its rows; the first rows are those of its columns."""
 
     column: Int[NDArray[np.int64], " s+1"]
     row_start: Int[NDArray[np.int64], " s+1"]
@@ -34,7 +34,7 @@ def pack(
     value_start: Int[NDArray[np.int32], " s+1"],
     row: Int[NDArray[np.int32], " r"],
 ) -> tuple[SupernodeLayout, int]:
-    """Cut supernodes into tiles, in the memory that they are in.
+    """Cut supernodes into tiles in place.
 
     Parameters
     ----------
@@ -47,14 +47,14 @@ def pack(
 
     Returns
     -------
-    Where the tiles are, and how many of the values they take; the rest is free.
+    Layout of the tiles, and the number of values that they use; the rest is free.
 
     References
     ----------
     Chen, Davis, Hager and Rajamanickam, Algorithm 887: CHOLMOD, ACM Trans. Math. Softw. 35 (2008) 22, section 3.
     """
     columns, rows, first = (item.astype(np.int64) for item in (column, row_start, value_start))
-    # What comes next is looked up ahead of its turn, after the last one too.
+    # Rows are prefetched ahead of their use, so the list must continue after the last row.
     padded = np.append(row, np.zeros(TALLEST, dtype=np.int32))
     layout = SupernodeLayout(columns, rows, np.empty(len(column) - 1, dtype=np.int64), padded)
     largest = int(np.max(np.diff(columns) * np.diff(rows), initial=0))
@@ -62,14 +62,14 @@ def pack(
 
 
 class Supernodes:
-    """L of P A P^T = L L^T.
+    """Cholesky factor L of P A P^T = L L^T.
 
     Parameters
     ----------
     values, layout
-        Result of `pack`, which is not copied.
+        Values and layout of the tiles from `pack`; they are not copied.
     order
-        P: row k of the factor is row order[k] of A, shape (n,).
+        Permutation P: row k of the factor is row order[k] of A, shape (n,).
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class Supernodes:
 
     @property
     def work(self) -> tuple[float, float]:
-        """Entries of the triangle, operations that made it [-]."""
+        """Number of entries of the triangle, and number of operations of the factorisation [-]."""
         n_column, n_row = (np.diff(item).astype(float) for item in (self._layout.column, self._layout.row_start))
         entries = n_column * n_row - n_column * (n_column - 1) / 2
         # The squares of the heights of all columns, from n_row down to n_row - n_column + 1.
@@ -91,7 +91,7 @@ class Supernodes:
     def solve_into(self, solution: Float[Matrix, "n k"], right_hand_side: Float[Matrix, "n k"]) -> None:
         """Solve A x = b for several right-hand sides; both are in Fortran order."""
         for some, lanes in groups(right_hand_side.shape[1]):
-            # Turned, they are in the order of memory, even one column alone: machine code is made for the order.
+            # Transposed, they are in C order, even a single column: machine code is compiled for the order.
             b, x, work = (
                 right_hand_side[:, some].T,
                 solution[:, some].T,
@@ -107,7 +107,7 @@ def _sum_squares(n: Float[Matrix, " s"]) -> Float[Matrix, " s"]:
 
 @compiled
 def _height(left: int) -> int:
-    """Rows of the next tile, where so many are left."""
+    """Number of rows of the next tile, if `left` rows are left."""
     height = ROWS
     while height > left:
         height //= 2
@@ -116,7 +116,7 @@ def _height(left: int) -> int:
 
 @compiled
 def _pack(values: Any, layout: Any, value_start: Any, block: Any) -> int:
-    """Cut each supernode into tiles, from the first place on; what is above the diagonal is left out."""
+    """Cut each supernode into tiles without the part above the diagonal; return the number of values."""
     out = 0
     for s in range(len(layout.tile_start)):
         n_column = layout.column[s + 1] - layout.column[s]
@@ -165,7 +165,7 @@ def _solve(values: Any, layout: Any, order: Any, b: Any, solution: Any, x: Any, 
 
 @compiled
 def _any(x: Any, first: int, last: int) -> bool:
-    """Whether some of these rows is not zero."""
+    """Whether any of the rows is not zero."""
     for i in range(first, last):
         for k in range(x.shape[1]):
             if x[i, k] != 0.0:
@@ -175,14 +175,14 @@ def _any(x: Any, first: int, last: int) -> bool:
 
 @compiled
 def _forward(values: int, layout: Any, columns: Any, lanes: Any) -> None:
-    """L^-1 x in the place of x."""
+    """Replace x by L^-1 x."""
     rows, x = layout.row.ctypes.data, columns.ctypes.data
     for s in range(len(layout.tile_start)):
         n_column = layout.column[s + 1] - layout.column[s]
         n_row = layout.row_start[s + 1] - layout.row_start[s]
         tile = values + SIZE * layout.tile_start[s]
         own = x + SIZE * len(lanes) * layout.column[s]
-        # Forces on few nodes, as those of constraint modes, leave most of the factor untouched.
+        # With forces on few nodes, as for constraint modes, most supernodes can be skipped.
         if not _any(columns, layout.column[s], layout.column[s + 1]):
             continue
         r = 0
@@ -200,7 +200,7 @@ def _forward(values: int, layout: Any, columns: Any, lanes: Any) -> None:
 
 @compiled
 def _backward(values: int, layout: Any, x: int, lanes: Any) -> None:
-    """L^-T x in the place of x."""
+    """Replace x by L^-T x."""
     rows = layout.row.ctypes.data
     for s in range(len(layout.tile_start) - 1, -1, -1):
         n_column = layout.column[s + 1] - layout.column[s]
@@ -220,7 +220,7 @@ def _backward(values: int, layout: Any, x: int, lanes: Any) -> None:
             r += height
         tile, r = values + SIZE * triangle, n_column
         while r > 0:
-            # Tiles of all heights are multiples of their height away from the first row: the last is the lowest.
+            # Each tile starts at a multiple of its height, so the lowest set bit of r is the height of the last tile.
             height = min(ROWS, r & -r)
             r -= height
             tile -= SIZE * height * (r + height)

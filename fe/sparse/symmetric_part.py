@@ -1,4 +1,4 @@
-"""Parts of a symmetric matrix, stored as the matrix itself is where they are made of whole nodes."""
+"""Parts of a symmetric matrix; parts that consist of whole nodes are stored in the form of the matrix."""
 
 from dataclasses import dataclass
 
@@ -15,14 +15,14 @@ Rows = Int[NDArray[np.int64], " k"]
 
 
 def part(matrix: Symmetric, rows: Rows) -> Symmetric:
-    """Rows and columns of a matrix: a copy, shape (k, k).
+    """Copy of some rows and columns of a matrix, shape (k, k).
 
     Parameters
     ----------
     matrix
-        Shape (n, n).
+        Matrix, shape (n, n).
     rows
-        In any order [-].
+        Rows in any order, shape (k,) [-].
     """
     if isinstance(matrix, NodeMatrix | UpperBlocks):
         nodes = find_whole_nodes(rows)
@@ -33,14 +33,14 @@ def part(matrix: Symmetric, rows: Rows) -> Symmetric:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PartView:
-    """A part of a matrix, without a copy of it until one is needed.
+    """Part of a matrix that is copied only when needed.
 
     Parameters
     ----------
     matrix
-        The whole, shape (n, n).
+        Whole matrix, shape (n, n).
     rows
-        Those of the part, in any order, shape (k,) [-].
+        Rows of the part in any order, shape (k,) [-].
     """
 
     matrix: Symmetric
@@ -48,7 +48,7 @@ class PartView:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns of the part."""
+        """Numbers of rows and columns of the part."""
         return len(self.rows), len(self.rows)
 
     def __matmul__(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -58,15 +58,15 @@ class PartView:
         return np.asarray((self.matrix @ whole)[self.rows])
 
     def diagonal(self) -> NDArray[np.float64]:
-        """The diagonal, shape (k,)."""
+        """Diagonal, shape (k,)."""
         return np.asarray(self.matrix.diagonal()[self.rows])
 
     def copy(self) -> Symmetric:
-        """As `part`."""
+        """Copy of the part, see `part`."""
         return part(self.matrix, self.rows)
 
     def tocsr(self) -> sp.csr_array:
-        """A copy, shape (k, k)."""
+        """Copy as CSR, shape (k, k)."""
         return self.copy().tocsr()
 
     def toarray(self) -> NDArray[np.float64]:
@@ -80,7 +80,7 @@ def take_rows(matrix: Symmetric, rows: Rows) -> sp.csr_array:
 
 
 def find_whole_nodes(rows: Rows) -> Rows | None:
-    """Nodes whose degrees of freedom these are, all of each, in ascending order; None of any other rows."""
+    """Nodes of the rows if these are all degrees of freedom of nodes in ascending order, else None."""
     nodes = rows[::NODE] // NODE
     ascends = (np.diff(rows) > 0).all()
     return nodes if ascends and np.array_equal(rows, (NODE * nodes[:, None] + np.arange(NODE)).ravel()) else None

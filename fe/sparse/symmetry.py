@@ -1,4 +1,4 @@
-"""Whether a matrix is symmetric: of others, factorisations would take one triangle and not say so."""
+"""Check that a matrix is symmetric; factorisations would silently use one triangle of any other matrix."""
 
 from typing import Any
 
@@ -10,26 +10,27 @@ from fe.sparse.factor import Symmetric
 from fe.sparse.node_matrix import NodeMatrix
 from fe.sparse.symmetric_part import PartView
 
-#: Difference of two mirrored entries, against the largest ones of their rows, that may be round-off of sums.
+#: Largest difference of two mirrored entries, relative to the largest entries of their rows, that is accepted as
+#: round-off.
 ROUND_OFF = 1e-10
 
 
 def check_symmetric(matrix: Symmetric) -> None:
     """Refuse a sparse matrix that is not real, finite, square and symmetric.
 
-    Random numbers are multiplied by it from either side, each row against its largest entry. A part is taken for what
-    it is a part of; half-stored matrices are symmetric as they are.
+    The products of the matrix and of its transpose with random numbers are compared, with rows scaled by their largest
+    entries. For a part, the whole matrix is checked; matrices of which one triangle is stored are not checked.
 
     Parameters
     ----------
     matrix
-        Shape (n, n).
+        Matrix, shape (n, n).
 
     Raises
     ------
     ValueError
-        It is not sparse, complex, empty or not square, holds what is no finite number, or is not symmetric; the last
-        two with a row.
+        The matrix is not sparse, complex, empty, not square, not finite or not symmetric; for the last two the message
+        names a row.
     """
     while isinstance(matrix, PartView):
         matrix = matrix.matrix
@@ -49,7 +50,7 @@ def check_symmetric(matrix: Symmetric) -> None:
         row = int(np.argmin(np.isfinite(largest)))
         raise ValueError(f"the matrix contains a value that is not finite in row {row}, counted from 0")
     scale = 1 / np.sqrt(np.where(largest > 0, largest, 1.0))
-    # None of them is small, so that no entry hides behind its factor.
+    # No random number is small, so that every entry contributes.
     random = np.random.default_rng(0).uniform(1, 2, len(scale)) * scale
     difference = np.abs(stored @ random - random @ stored) * scale
     if (difference > ROUND_OFF).any():
@@ -61,7 +62,7 @@ def check_symmetric(matrix: Symmetric) -> None:
 
 
 def _find_largest(matrix: sp.csr_array) -> NDArray[np.float64]:
-    """The magnitude of each row's largest entry, shape (n,)."""
+    """Magnitude of the largest entry of each row, shape (n,)."""
     filled = np.flatnonzero(np.diff(matrix.indptr))
     largest = np.zeros(matrix.shape[0])
     if len(filled):

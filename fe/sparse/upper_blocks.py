@@ -1,4 +1,4 @@
-"""A symmetric matrix of which the upper triangle is stored, in blocks of a node: half of what both triangles take."""
+"""Symmetric matrix of which the upper triangle is stored, in blocks of a node: half the memory of both triangles."""
 
 from dataclasses import dataclass, replace
 
@@ -9,22 +9,22 @@ from numpy.typing import NDArray
 
 from fe.sparse.factor import NODE, check_rows
 
-#: Rows of nodes that are multiplied at once: their transposed blocks are a copy.
+#: Number of rows of nodes that are multiplied at once; limits the memory for copies of transposed blocks.
 PIECE = 4096
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UpperBlocks:
-    """Blocks on and above the diagonal, row after row, each row from its diagonal block on.
+    """Blocks on and above the diagonal, row after row, each row starting with its diagonal block.
 
     Parameters
     ----------
     row_start
-        Place of each row's first block, and the number of blocks, shape (n_node + 1,) [-].
+        Index of the first block of each row, and the number of blocks, shape (n_node + 1,) [-].
     column
         Column of each block, ascending in a row, shape (n_block,) [-].
     values
-        Shape (n_block, 3, 3); blocks on the diagonal are symmetric.
+        Entries of the blocks, shape (n_block, 3, 3); blocks on the diagonal are symmetric.
 
     Raises
     ------
@@ -37,7 +37,7 @@ class UpperBlocks:
     values: Float[NDArray[np.float64], "block 3 3"]
 
     def __post_init__(self) -> None:
-        # What is so already is not copied: this may be most of the memory that there is.
+        # Arrays of the right type are not copied, because they may use most of the memory.
         for name, kind in (("row_start", np.int32), ("column", np.int32), ("values", np.float64)):
             object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), dtype=kind))
         ascends = np.diff(self.column) > 0
@@ -50,21 +50,21 @@ class UpperBlocks:
 
     @property
     def n_node(self) -> int:
-        """Rows of blocks [-]."""
+        """Number of rows of blocks [-]."""
         return len(self.row_start) - 1
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns of the matrix."""
+        """Numbers of rows and columns of the matrix."""
         return NODE * self.n_node, NODE * self.n_node
 
     @property
     def nnz(self) -> int:
-        """Entries of both triangles [-]."""
+        """Number of entries of both triangles [-]."""
         return NODE**2 * (2 * len(self.column) - self.n_node)
 
     def diagonal(self) -> Float[NDArray[np.float64], " n"]:
-        """The diagonal, shape (n,)."""
+        """Diagonal, shape (n,)."""
         return np.diagonal(self.values[self.row_start[:-1]], axis1=1, axis2=2).flatten()
 
     def __matmul__(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -73,7 +73,7 @@ class UpperBlocks:
         Raises
         ------
         ValueError
-            Another number of rows.
+            A number of rows that does not match the matrix.
         """
         check_rows(self.shape, columns)
         product = np.zeros(columns.shape, dtype=np.result_type(columns, np.float64))
@@ -89,7 +89,7 @@ class UpperBlocks:
         return product - own.reshape(columns.shape)
 
     def _piece(self, first: int) -> sp.bsr_array:
-        """Some rows of the upper triangle, from their diagonal to the last column that they have."""
+        """Some rows of the upper triangle, from their diagonal to their last column."""
         start = self.row_start[first : first + PIECE + 1]
         kept = slice(start[0], start[-1])
         column = self.column[kept] - np.int32(first)
@@ -97,7 +97,7 @@ class UpperBlocks:
         return sp.bsr_array((self.values[kept], column, start - start[0]), shape=size)
 
     def graph(self) -> sp.csr_array:
-        """Number of the block, from 1 on, that couples two nodes, shape (n_node, n_node); it is symmetric."""
+        """Symmetric matrix with the number, from 1, of the block that couples two nodes, shape (n_node, n_node)."""
         size = (self.n_node, self.n_node)
         upper = sp.csr_array((np.arange(1, len(self.column) + 1), self.column, self.row_start), shape=size)
         return sp.csr_array(upper + sp.triu(upper, 1).T)
@@ -116,7 +116,7 @@ class UpperBlocks:
         return np.asarray(self.tocsr().toarray())
 
     def rows(self, rows: Int[NDArray[np.int64], " k"]) -> sp.csr_array:
-        """Some rows of the matrix, whole, shape (k, n)."""
+        """Some complete rows of the matrix, shape (k, n)."""
         nodes, which = np.unique(rows // NODE, return_inverse=True)
         place = np.full(self.n_node, -1)
         place[nodes] = np.arange(len(nodes))
@@ -132,7 +132,7 @@ class UpperBlocks:
         return sp.csr_array(result[NODE * which + rows % NODE])
 
     def part(self, nodes: Int[NDArray[np.int64], " m"]) -> "UpperBlocks":
-        """Copy of the part of some nodes, in ascending order."""
+        """Copy of the rows and columns of some nodes, which must ascend."""
         place = np.full(self.n_node, -1, dtype=np.int32)
         place[nodes] = np.arange(len(nodes), dtype=np.int32)
         row = np.repeat(place, np.diff(self.row_start))
@@ -141,7 +141,7 @@ class UpperBlocks:
         return UpperBlocks(row_start=start.astype(np.int32), column=place[self.column[kept]], values=self.values[kept])
 
     def plus_diagonal(self, added: Float[NDArray[np.float64], " n"]) -> "UpperBlocks":
-        """With this on the diagonal, shape (n,): a copy."""
+        """Copy with values added to the diagonal, shape (n,)."""
         values = self.values.copy()
         for direction in range(NODE):
             values[self.row_start[:-1], direction, direction] += added[direction::NODE]

@@ -1,4 +1,4 @@
-"""The upper triangle of a symmetric matrix, as sparse Cholesky factorisations want it."""
+"""Upper triangle of a symmetric matrix in the form that sparse Cholesky factorisations need."""
 
 from typing import Any, NamedTuple
 
@@ -10,14 +10,14 @@ from fe.sparse.factor import NODE, Symmetric
 from fe.sparse.symmetric_part import PartView
 from fe.sparse.upper_blocks import UpperBlocks
 
-#: Zeros stored in blocks of a node may be this many times the entries.
+#: Largest ratio of entries stored in blocks of a node, zeros included, to entries of the matrix.
 FILL = 1.05
-#: Below this size no time is to be saved by blocks.
+#: Number of rows up to which blocks save no time.
 MIN_BLOCKED = 3000
 
 
 class Upper(NamedTuple):
-    """Upper triangle of a symmetric matrix in square blocks: rows start, columns, values, and the length of a block."""
+    """Upper triangle of a symmetric matrix in square blocks: starts of rows, columns, values, and length of a block."""
 
     row_start: NDArray[np.int32]
     column: NDArray[np.int32]
@@ -26,7 +26,7 @@ class Upper(NamedTuple):
 
 
 class LowerColumns(NamedTuple):
-    """Columns of a lower triangle: where each begins, the rows of its entries, and their values, none of a pattern."""
+    """Columns of a lower triangle: start of each, rows of the entries, and their values, empty for a pattern."""
 
     start: NDArray[np.int32]
     row: NDArray[np.int32]
@@ -34,20 +34,20 @@ class LowerColumns(NamedTuple):
 
 
 def blocks_or_csr(matrix: Symmetric) -> sp.csr_array | UpperBlocks:
-    """A matrix in one of the two forms that tell their entries."""
+    """Convert a matrix to one of the two forms whose entries can be read."""
     if isinstance(matrix, PartView):
         matrix = matrix.copy()
     if isinstance(matrix, UpperBlocks):
         return matrix
     whole = matrix.tocsr()
-    if not whole.has_canonical_format:  # entries that stand for a sum
+    if not whole.has_canonical_format:  # repeated entries, to be added
         whole = whole.copy()
         whole.sum_duplicates()
     return whole
 
 
 def take_upper_triangle(matrix: sp.csr_array | UpperBlocks) -> Upper:
-    """The upper triangle, in blocks of a node where rows and columns come by threes; with its whole diagonal."""
+    """Upper triangle with its complete diagonal, in blocks of a node if rows and columns come in threes."""
     n = matrix.shape[0]
     if isinstance(matrix, UpperBlocks):
         if n > MIN_BLOCKED:
@@ -62,7 +62,7 @@ def take_upper_triangle(matrix: sp.csr_array | UpperBlocks) -> Upper:
                 return upper
     upper = _take_above(matrix.indptr, matrix.indices, matrix.data, 1)
     if not _has_diagonal(upper):
-        # PARDISO wants every diagonal entry stored, zeros too.
+        # PARDISO needs every diagonal entry to be stored, including zeros.
         row = np.repeat(np.arange(n), np.diff(upper.row_start))
         missing = np.setdiff1d(np.arange(n), row[upper.column == row])
         values = np.concatenate([upper.values, np.zeros(len(missing))])

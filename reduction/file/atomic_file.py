@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Write files completely or not at all."""
 
 import os
 import uuid
@@ -12,14 +12,14 @@ from reduction.errors import ExchangeError
 def write_atomically(
     path: Path | str, write: Callable[[Path], object], error_type: type[InputError] = ExchangeError
 ) -> None:
-    """Write a file atomically: a file of that name is replaced as a whole, or stays as it was if anything fails.
+    """Write a file atomically: an existing file is replaced completely, or kept if anything fails.
 
-    `write` writes a file of the name that it is given, in the same folder, which must exist.
+    `write` is called with the path of a temporary file in the same folder, which must exist, and writes this file.
 
     Raises
     ------
     InputError
-        Of the kind `error_type`: the folder does not exist, or the file cannot be written.
+        The folder does not exist, or the file cannot be written; the error is of the type `error_type`.
     """
     path = Path(path)
     if not path.parent.is_dir():
@@ -29,7 +29,7 @@ def write_atomically(
         write(temporary)
         temporary.replace(path)
     except OSError as error:
-        # HDF5 puts a paragraph where the system has a few words.
+        # The system's message is short; that of HDF5 is a paragraph.
         reason = os.strerror(error.errno) if error.errno else error
         raise error_type(
             f'"{path}" cannot be written ({reason}): choose another folder, or free space in it'

@@ -1,7 +1,7 @@
-"""Variables of MATLAB files of versions 5 to 7, element by element.
+"""Read variables of MATLAB files of versions 5 to 7, element by element.
 
-SciPy's reader trusts counts in the file: a damaged one ends the process with a segmentation fault. Here every count is
-compared with the bytes that are there, and the check sum of a compressed variable with its content.
+SciPy's reader does not check counts in the file: a wrong count ends the process with a segmentation fault. Here every
+count is compared with the available bytes, and the checksum of a compressed variable with its content.
 """
 
 import zlib
@@ -24,19 +24,19 @@ DEEPEST = 30
 
 
 class MatlabFileError(ValueError):
-    """Damage of a MATLAB file, as the end of a sentence."""
+    """Error for a damaged MATLAB file, with a message as the end of a sentence."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MatlabValue:
-    """A variable, an element of a cell or a field of a structure.
+    """Value of a variable, of an element of a cell or of a field of a structure.
 
     Parameters
     ----------
     name
-        Name of a variable; empty for others.
+        Name of a variable; empty for other values.
     shape
-        Lengths of its axes.
+        Lengths of the axes.
     numbers
         Numbers, shape `shape`.
     texts
@@ -44,11 +44,11 @@ class MatlabValue:
     elements
         Elements of a cell in MATLAB's order.
     records
-        Structures in MATLAB's order, by their fields.
+        Structures in MATLAB's order, each with its values by field.
     sparse
         Sparse matrix, shape `shape`.
     other
-        What it is if it is none of these.
+        Description of a value of any other kind.
     """
 
     name: str
@@ -62,7 +62,7 @@ class MatlabValue:
 
     @property
     def content(self) -> Any:
-        """Numbers, sparse matrix, row of characters, or list of elements, as they are; else the words of `other`."""
+        """Numbers, sparse matrix, text, list of texts, elements or records, unchanged; else `other`."""
         if self.numbers is not None:
             return self.numbers
         if self.sparse is not None:
@@ -75,7 +75,7 @@ class MatlabValue:
 
     @property
     def simplified(self) -> Any:
-        """`content` with plain values in place of arrays of one element, at any depth."""
+        """Content with arrays of one element replaced by plain values, at any depth."""
         if self.numbers is not None:
             return self.numbers.item() if self.numbers.size == 1 else np.squeeze(self.numbers)
         if self.elements is not None:
@@ -88,7 +88,7 @@ class MatlabValue:
 
 @dataclass(kw_only=True)
 class _Elements:
-    """Elements in some bytes, read one after the other."""
+    """Reader of consecutive elements in bytes."""
 
     data: bytes
     order: str
@@ -114,7 +114,7 @@ class _Elements:
         return kind, self.data[begin : begin + size]
 
     def numbers(self) -> NDArray[Any]:
-        """The next element as numbers."""
+        """Numbers of the next element."""
         kind, content = self.next()
         if kind not in NUMBERS:
             raise MatlabFileError(f"numbers are of the unknown type {kind}")
@@ -124,7 +124,7 @@ class _Elements:
         return np.frombuffer(content, layout)
 
     def value(self) -> MatlabValue:
-        """The next element as a value."""
+        """Value of the next element."""
         kind, content = self.next()
         if kind != MATRIX:
             raise MatlabFileError(f"an element of type {kind} stands where a value should")
@@ -134,12 +134,12 @@ class _Elements:
 
 
 def read_variables(data: bytes) -> Iterator[MatlabValue]:
-    """Variables of a file.
+    """Read the variables of a file.
 
     Raises
     ------
     MatlabFileError
-        The file is damaged or cut.
+        The file is damaged or truncated.
     """
     order = {b"IM": "<", b"MI": ">"}.get(data[126:HEADER])
     if order is None:
@@ -175,7 +175,7 @@ def _read_value(elements: _Elements) -> MatlabValue:
     if len(flags) < 1:
         raise MatlabFileError("a value has no class")
     kind, is_complex = int(flags[0]) & 0xFF, bool(int(flags[0]) & IS_COMPLEX)
-    if kind == 17:  # MATLAB does not describe its own classes
+    if kind == 17:  # the format of MATLAB's own classes is not documented
         return MatlabValue(name="", shape=(), other=OTHER[kind])
     shape = tuple(int(length) for length in elements.numbers())
     if len(shape) < 2 or any(length < 0 for length in shape):
@@ -231,7 +231,7 @@ def _read_texts(elements: _Elements, shape: tuple[int, ...], count: int) -> list
     suffix = {"<": "-le", ">": "-be"}[elements.order] if ENCODINGS[kind] in {"utf-16", "utf-32"} else ""
     text = content.decode(ENCODINGS[kind] + suffix, "replace")
     if len(text) != count or len(shape) != 2:
-        return [text.rstrip()]  # characters of several codes
+        return [text.rstrip()]  # characters of several code units
     return [text[row :: shape[0]].rstrip() for row in range(shape[0])]
 
 

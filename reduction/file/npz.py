@@ -1,4 +1,4 @@
-"""Arrays as an ``.npz`` file that is the same to the byte whenever it is written."""
+"""Write arrays as an ``.npz`` file whose bytes depend only on the arrays."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,17 +8,17 @@ from zipfile import ZIP_STORED, ZipFile, ZipInfo
 import numpy as np
 from numpy.typing import ArrayLike
 
-#: An array beyond this size may outgrow the 4 GB of a plain ZIP entry.
+#: Size above which an array may exceed the 4 GB of a plain ZIP entry [byte].
 LARGE = 2**31
 
 
 def write_npz(file: Path | IO[bytes], arrays: Mapping[str, ArrayLike], compression: int = ZIP_STORED) -> None:
-    """As `numpy.savez` writes them, but with no time of writing, and never with pickled objects.
+    """Write arrays as `numpy.savez` does, but without the time of writing and without pickled objects.
 
     Parameters
     ----------
     file
-        Path with its suffix; or what is open for writing bytes.
+        Path with its suffix, or a stream that is open for writing bytes.
     arrays
         Arrays by name.
     compression

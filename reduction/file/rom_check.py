@@ -1,4 +1,4 @@
-"""Check of the content of a reduced model's file, of any format: one sentence for each mistake."""
+"""Check the content of a file of a reduced model, in any format; each error message is one sentence."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,15 +12,15 @@ _WHOLE = ("boundary_node", "boundary_direction", "free", "n_node")
 
 
 def check_rom(where: str, arrays: Mapping[str, Any], sets: object, remedy: str) -> None:
-    """Refuse arrays, with ``n_node``, and boundary rows by name that are no `reduction.rom.ReducedModel`.
+    """Refuse arrays, including ``n_node``, and named boundary rows that are not valid for `reduction.rom.ReducedModel`.
 
-    Messages begin with `where`, the file and the body in it; `remedy` says how to write the file again.
+    Messages begin with `where`, the file and the body in it; `remedy` tells how to write the file again.
 
     Raises
     ------
     RomError
-        Arrays that are not real, finite or whole where they must be or do not fit together, a matrix that is not
-        symmetric, a mass that is not positive definite, or rows and nodes that are not there.
+        Arrays that are not real, finite or whole as required or do not fit together, a matrix that is not symmetric, a
+        mass that is not positive definite, or rows and nodes that do not exist.
     """
     for name, array in arrays.items():
         kinds, wanted = ("iu", "whole") if name in _WHOLE else ("fiu", "real")

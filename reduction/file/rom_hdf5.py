@@ -1,4 +1,4 @@
-"""Reduced models and assemblies as HDF5 files, versioned, checked on reading; `docs/rom_file.md` has the layout."""
+"""Reduced models and assemblies as versioned HDF5 files, checked on reading; layout: see `docs/rom_file.md`."""
 
 import hashlib
 import json
@@ -24,24 +24,24 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-#: What h5py and numpy raise, depending on which byte of a file is damaged.
+#: Errors of h5py and NumPy for a damaged file, depending on the damaged byte.
 _UNREADABLE = (OSError, LookupError, RuntimeError, ValueError, TypeError, AttributeError, MemoryError, OverflowError)
 
 
 class Damaged(Exception):
-    """Contents that do not match their checksum."""
+    """Error for contents that do not match their checksum."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModelFile:
-    """One kind of file."""
+    """Kind of model file."""
 
     what: str
-    """How messages call it, and with the program's name the attribute ``format``."""
+    """Name in messages and, after the name of the program, in the attribute ``format``."""
     writer: str
-    """Name of the function that writes it."""
+    """Name of the function that writes these files."""
     version: int = 1
-    """Raised by one whenever a reader of the version before would misread a file."""
+    """Format version, increased by one when readers of the previous version would misread a file."""
 
     def save(self, path: Path | str, fill: Callable[["h5py.File"], None]) -> None:
         """Write a file in one step."""
@@ -56,7 +56,7 @@ class ModelFile:
                     file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
                     fill(file)
             except RuntimeError as error:
-                # What h5py raises, depending on when the disk is full.
+                # h5py raises this error if the disk becomes full at certain moments.
                 raise OSError(str(error)) from error
 
         write_atomically(path, write, RomError)
@@ -76,7 +76,7 @@ class ModelFile:
                 if (kind, kind_version) == (f"stickslip {self.what}", self.version):
                     result = read(file)
         except RomError:
-            raise  # a sentence of its own
+            raise  # its message is complete
         except Damaged as error:
             raise RomError(
                 f'"{path}" is damaged, its contents do not match their checksum: reduce the system again'
@@ -103,14 +103,14 @@ ASSEMBLY = ModelFile(what="reduced assembly", writer="save_assembly")
 
 
 def save_rom(rom: ReducedModel, path: Path | str) -> None:
-    """Write a reduced model; a file of that name is replaced in one step, or left as it was if anything fails.
+    """Write a reduced model; an existing file is replaced in one step, or kept if anything fails.
 
     Parameters
     ----------
     rom
-        The model.
+        Reduced model.
     path
-        The file; its folder must exist.
+        File to write; its folder must exist.
 
     Raises
     ------
@@ -126,21 +126,21 @@ def load_rom(path: Path | str) -> ReducedModel:
     Raises
     ------
     RomError
-        The file is missing, is no reduced model, has another format version, is cut short or damaged, or holds what
-        `reduction.file.rom_check` refuses.
+        The file is missing, is not a reduced model, has another format version, is truncated or damaged, or has
+        contents that `reduction.file.rom_check` refuses.
     """
     return MODEL.load(path, lambda file: _read(file, f'"{path}"'))
 
 
 def save_assembly(assembly: ReducedAssembly, path: Path | str) -> None:
-    """Write a reduced assembly, one group per body; a file of that name is replaced in one step.
+    """Write a reduced assembly, one group per body; an existing file is replaced in one step.
 
     Parameters
     ----------
     assembly
-        The model.
+        Reduced assembly.
     path
-        The file; its folder must exist.
+        File to write; its folder must exist.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def load_assembly(path: Path | str) -> ReducedAssembly:
     Raises
     ------
     RomError
-        As `load_rom`, or for one of the bodies.
+        As in `load_rom`, for the file or one of its bodies.
     """
 
     def read(file: "h5py.File") -> ReducedAssembly:
@@ -186,13 +186,13 @@ def _write(rom: ReducedModel, group: "h5py.Group") -> None:
         group.create_dataset(name, data=array, dtype="<f8" if name in REAL else "<i8")
     sets = group.create_group("boundary_sets")
     for number, (name, rows) in enumerate(rom.boundary_sets.items()):
-        # Numbered, since a name may hold characters that HDF5 takes for a path.
+        # Numbered, because a name may contain characters that HDF5 reads as a path.
         sets.create_dataset(f"{number:06d}", data=rows, dtype="<i8").attrs["name"] = name
     group["provenance"] = json.dumps(dict(rom.provenance), ensure_ascii=False)
 
 
 def _read(group: "h5py.Group", where: str) -> ReducedModel:
-    """Read what `_write` wrote; messages begin with `where`."""
+    """Read a model that `_write` wrote; messages begin with `where`."""
     arrays: dict[str, Any] = {name: group[name][()] for name in (*REAL, *WHOLE)}
     sets = {str(rows.attrs["name"]): rows[()] for _, rows in sorted(group["boundary_sets"].items())}
     n_node, provenance = group.attrs["n_node"], dict(json.loads(group["provenance"][()]))
@@ -206,7 +206,7 @@ def _read(group: "h5py.Group", where: str) -> ReducedModel:
 def _compute_checksum(
     arrays: Mapping[str, NDArray[Any]], n_node: int, sets: Mapping[str, NDArray[Any]], provenance: Mapping[str, str]
 ) -> str:
-    """SHA-256 of all that a model holds, with the shapes, as hexadecimal digits."""
+    """SHA-256 of all contents of a model, including shapes, as hexadecimal digits."""
     digest = hashlib.sha256()
     header = {
         "n_node": n_node,

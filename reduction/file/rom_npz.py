@@ -1,8 +1,8 @@
-"""A reduced model as a ``.npz`` file, which NumPy alone reads: matrices, boundary by name and recovery.
+"""Reduced model as a ``.npz`` file, which NumPy can read: matrices, named boundary and recovery.
 
-The arrays are those of `reduction.rom.ReducedModel` by name; ``boundary_sets`` and ``provenance`` are JSON texts,
-the first of rows by name. `reduction.file.structure_file.load_matrices` reads it like any ``.npz`` with mass and
-stiffness.
+The arrays have the names of the fields of `reduction.rom.ReducedModel`; ``boundary_sets`` and ``provenance`` are JSON
+texts, the first with rows by name. `reduction.file.structure_file.load_matrices` reads it like any ``.npz`` with mass
+and stiffness.
 """
 
 import json
@@ -18,7 +18,7 @@ from reduction.file.npz import write_npz
 from reduction.file.rom_check import check_rom
 from reduction.rom import REAL, WHOLE, ReducedModel
 
-#: What tells a reduced model from plain matrices.
+#: Variable that distinguishes a reduced model from plain matrices.
 MARK = "boundary_sets"
 
 _ARRAYS = (*REAL, *WHOLE)
@@ -26,7 +26,7 @@ _AGAIN = "write it again with `save_rom_npz`"
 
 
 def save_rom_npz(rom: ReducedModel, path: Path | str) -> None:
-    """Write a reduced model; a file of that name is replaced in one step.
+    """Write a reduced model; an existing file is replaced in one step.
 
     Raises
     ------
@@ -40,13 +40,13 @@ def save_rom_npz(rom: ReducedModel, path: Path | str) -> None:
 
 
 def load_rom_npz(path: Path | str) -> ReducedModel:
-    """Read what `save_rom_npz` wrote.
+    """Read a reduced model that `save_rom_npz` wrote.
 
     Raises
     ------
     RomError
-        A file that is missing, damaged or no reduced model, arrays that are not real, finite or whole where they must
-        be or do not fit together, a matrix that is not symmetric, or a mass that is not positive definite.
+        A file that is missing, damaged or not a reduced model, arrays that are not real, finite or whole as required or
+        do not fit together, a matrix that is not symmetric, or a mass that is not positive definite.
     """
     path = Path(path)
     if not path.is_file():
@@ -62,7 +62,7 @@ def load_rom_npz(path: Path | str) -> ReducedModel:
 
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, list[int]], dict[str, str]]:
-    """Arrays, boundary sets and provenance as the file has them."""
+    """Arrays, boundary sets and provenance of the file, unchecked."""
     try:
         held = read_npz(path)
         missing = [name for name in (*_ARRAYS, MARK, "provenance", "n_node") if name not in held]
@@ -72,7 +72,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, list[int]], dict[str, s
         return arrays, json.loads(held[MARK].item()), dict(json.loads(held["provenance"].item()))
     except RomError:
         raise
-    except Exception as error:  # a dozen kinds, depending on which byte is damaged
+    except Exception as error:  # many kinds, depending on the damaged byte
         raise RomError(
             f'"{path}" ({path.stat().st_size} bytes) is truncated, damaged or not an .npz file: {_AGAIN}'
         ) from error

@@ -1,4 +1,4 @@
-"""Mass, damping and stiffness of a structure in a file: NumPy, MATLAB, or a reduced model of this product."""
+"""Read mass, damping and stiffness of a structure from a NumPy or MATLAB file, or from a stored reduced model."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ from reduction.file.npz import write_npz
 from reduction.file.rom_npz import MARK, load_rom_npz
 from reduction.rom import ReducedModel
 
-#: What each matrix may be called in a file.
+#: Names of each matrix that are accepted in a file.
 NAMES = {"mass": ("mass", "M"), "damping": ("damping", "C", "D"), "stiffness": ("stiffness", "K")}
-#: Least eigenvalue of a matrix scaled to unit diagonal that still counts as zero: round-off of its entries.
+#: Largest eigenvalue of a matrix scaled to unit diagonal that is zero within the round-off of its entries.
 ROUND_OFF = 1e-12
-#: Dense matrices beyond this many degrees of freedom fill a memory and take hours.
+#: Largest number of degrees of freedom of dense matrices; larger ones exceed the memory and take hours.
 LARGEST = 5000
 
 
@@ -33,9 +33,9 @@ class StructureMatrices:
     mass: Matrix
     damping: Matrix
     stiffness: Matrix
-    """Shape (r, r) [kg, N s/m, N/m]; the damping is zero where the file holds none."""
+    """Shape (r, r) [kg, N s/m, N/m]; the damping is zero if the file has none."""
     rom: ReducedModel | None = None
-    """The reduced model that they come from, with the names of its boundary; None for plain matrices."""
+    """Reduced model of the file, with the names of its boundary; None for plain matrices."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, *NAMES)
@@ -52,22 +52,22 @@ class StructureMatrices:
 
 
 def load_matrices(path: Path | str) -> StructureMatrices:
-    """Read a structure.
+    """Read mass, damping and stiffness of a structure.
 
     Parameters
     ----------
     path
-        ``.npz`` or ``.mat`` (versions 5 to 7) with the variables mass or M, stiffness or K and, if it has any,
-        damping or C or D, in SI units; or a reduced model, ``.h5`` as `reduction.file.rom_hdf5.save_rom`
-        writes it or ``.npz`` as `reduction.file.rom_npz.save_rom_npz` does.
+        ``.npz`` or ``.mat`` file (versions 5 to 7) with the variables mass or M, stiffness or K and optionally damping
+        or C or D, in SI units; or a reduced model: ``.h5`` written by `reduction.file.rom_hdf5.save_rom`, or ``.npz``
+        written by `reduction.file.rom_npz.save_rom_npz`.
 
     Raises
     ------
     MatrixError
         The file is missing, of another kind, or damaged; a matrix is missing, not square, not finite or not symmetric,
-        the mass not positive definite, the stiffness indefinite.
+        the mass is not positive definite, or the stiffness is indefinite.
     RomError
-        A reduced model that is damaged, or an ``.h5`` file that is none.
+        A damaged reduced model, or an ``.h5`` file of other content.
     """
     path = Path(path)
     if path.is_dir():
@@ -76,7 +76,7 @@ def load_matrices(path: Path | str) -> StructureMatrices:
         raise MatrixError(f'there is no file "{path}": check its name and folder')
     kind = path.suffix.lower()
     if kind in {".h5", ".hdf5"}:
-        from reduction.file.rom_hdf5 import load_rom  # and with it the assembly of bodies
+        from reduction.file.rom_hdf5 import load_rom  # imports the assembly of bodies
 
         return _of(load_rom(path))
     if kind not in {".npz", ".mat"}:
@@ -102,7 +102,7 @@ def load_matrices(path: Path | str) -> StructureMatrices:
 
 
 def save_matrices(structure: StructureMatrices, path: Path | str) -> None:
-    """Write mass, damping and stiffness as ``.npz``; a file of that name is replaced in one step.
+    """Write mass, damping and stiffness as ``.npz``; an existing file is replaced in one step.
 
     Raises
     ------
@@ -147,7 +147,7 @@ def _read_mat_file(path: Path) -> dict[str, Any]:
     if data.startswith(b"MATLAB 7.3"):
         raise MatrixError(f'"{path}" is a MATLAB file of version 7.3: save it with save(file, "-v7")')
     try:
-        # Square as MATLAB has it: a scalar stays a matrix of one row and one column.
+        # `content`, not `simplified`, so that a scalar remains a matrix of one row and one column.
         return {value.name: value.content for value in read_variables(data)}
     except MatlabFileError as error:
         raise _make_damage_error(path, error, "save -v7 or scipy.io.savemat") from None
@@ -161,7 +161,7 @@ def _make_damage_error(path: Path, reason: Exception, writer: str) -> MatrixErro
 
 
 def _check_matrix(path: Path, name: str, variables: Mapping[str, Any]) -> Matrix | None:
-    """One matrix of the file, dense and checked by itself; None if the file has none."""
+    """One matrix of the file, dense and checked on its own; None if the file does not have it."""
     present = [item for item in NAMES[name] if item in variables]
     if not present:
         return None
@@ -184,7 +184,7 @@ def _check_matrix(path: Path, name: str, variables: Mapping[str, Any]) -> Matrix
         dense = dense.real
     dense = dense.astype(np.float64)
     refuse_infinite(dense, label, MatrixError)
-    if name != "damping":  # gyroscopic forces make one that is not symmetric
+    if name != "damping":  # gyroscopic forces make the damping asymmetric
         refuse_asymmetric(dense, label, MatrixError)
     return dense
 
@@ -213,7 +213,7 @@ def _check_definite(path: Path, mass: Matrix, stiffness: Matrix) -> None:
 
 
 def _find_lowest(matrix: Matrix) -> float:
-    """Least eigenvalue of the matrix scaled to a diagonal of ones: metres and modal coordinates count alike."""
+    """Smallest eigenvalue of the matrix scaled to a diagonal of ones, so that it does not depend on units."""
     scale = np.sqrt(np.abs(np.diag(matrix)))
     scale[scale == 0] = np.sqrt(np.abs(matrix).max() or 1.0)
     scaled = matrix / np.outer(scale, scale)

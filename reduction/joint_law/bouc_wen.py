@@ -1,11 +1,11 @@
-r"""The hysteresis of Bouc and Wen.
+r"""Hysteresis of Bouc and Wen.
 
 .. math:: f = k_s u + (k - k_s)\, z, \qquad
           \frac{dz}{dt} = \dot u - \left(\beta\, |\dot u|\, z + (1 - \beta)\, \dot u\, |z|\right)
           \frac{|z|^{n-1}}{z_y^n}, \qquad z_y = \frac{F}{k - k_s}
 
 The usual constants are :math:`A = 1`, :math:`\beta / z_y^n` and :math:`\gamma = (1 - \beta) / z_y^n`, so that the force
-tends to :math:`k_s u \pm F` whatever they are. From :math:`\beta = 1/2` on it never feeds energy in.
+tends to :math:`k_s u \pm F` for any values. For :math:`\beta \ge 1/2` it never supplies energy.
 
 References
 ----------
@@ -22,21 +22,21 @@ from reduction.joint_law.registry import LAWS, LawParameter
 @LAWS.register
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoucWenJoint(HystereticJoint):
-    """A spring that yields smoothly along one row.
+    """Spring that yields smoothly along one row.
 
     Parameters
     ----------
     name, direction, tangential_stiffness, limit_force, slip_stiffness
-        As of `HystereticJoint`: k, F and k_s.
+        As in `HystereticJoint`: k, F and k_s.
     exponent
-        n, at least 1; the larger, the sharper the knee [-].
+        Exponent n, at least 1; the knee is sharper for a larger n [-].
     shape
-        beta, at least 1/2, where unloading is elastic; at 1 it is not, and loops are slimmer [-].
+        Shape parameter beta, at least 1/2. Unloading is elastic at 1/2; at 1 it is not, and loops are slimmer [-].
 
     Raises
     ------
     JointError
-        An exponent or a shape below its bound, or what `HystereticJoint` refuses.
+        An exponent or a shape below its bound, or as in `HystereticJoint`.
     """
 
     kind = "bouc_wen"

@@ -1,4 +1,4 @@
-"""A cubic spring."""
+"""Cubic spring."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ class CubicSpring(DirectedJoint):
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     stiffness
-        [N/m^3], of either sign.
+        Coefficient of u^3, of either sign [N/m^3].
 
     Raises
     ------
@@ -42,11 +42,11 @@ class CubicSpring(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """About its mean displacement."""
+        """Energy about the mean displacement."""
         mean = displacement[0].mean()
         u = displacement[0] - mean
         return np.asarray(parameters["stiffness"] * u**2 * (1.5 * mean**2 + mean * u + u**2 / 4))
 
     def pyharm(self, scale: float) -> Mapping[str, Any]:
-        """CubicSpring."""
+        """Connector CubicSpring of pyHarm."""
         return {"type": "CubicSpring", "k": scale**4 * self.stiffness}

@@ -1,16 +1,16 @@
-r"""A spring and a dashpot beyond a clearance, on one side or on both.
+r"""Spring and dashpot beyond a clearance, on one side or both.
 
 .. math:: f = \max\left(k \delta + c \min(\delta / h, 1)\, \dot\delta,\ 0\right), \qquad \delta = u - g > 0
 
-The dashpot grows with the indentation up to the depth :math:`h`, so that the force is continuous at touch-down: a
-dashpot that is there at once (Kelvin and Voigt) would push with c times the impact velocity from the first instant. It
-never pulls: at a fast release the force is zero before the surfaces part. Below the depth h this is the
-contact of Hunt and Crossley, :math:`k \delta (1 + \chi \dot\delta)` with :math:`\chi = c / (k h)`.
+The damping grows with the indentation up to the depth :math:`h`, so that the force is continuous at impact; a constant
+dashpot (Kelvin and Voigt) would act with c times the impact velocity from the first instant. The force is never
+tensile: in a fast release it is zero before the surfaces separate. Below the depth h this is the contact of Hunt and
+Crossley, :math:`k \delta (1 + \chi \dot\delta)` with :math:`\chi = c / (k h)`.
 
 References
 ----------
 Hunt and Crossley, Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42 (1975), 440-445.
-Adams/Solver, functions IMPACT and BISTOP: the dashpot that grows with the indentation.
+Adams/Solver, functions IMPACT and BISTOP: damping that grows with the indentation.
 """
 
 from collections.abc import Mapping
@@ -26,22 +26,22 @@ from reduction.joint_law.registry import LAWS, DirectedJoint, LawOption, LawPara
 @LAWS.register
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DampedStop(DirectedJoint):
-    """A stop with damping without friction.
+    """Stop with damping and without friction.
 
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, positive towards the stop, shape (r,) [-].
     stiffness
-        k [N/m].
+        Stiffness k [N/m].
     damping
-        c, of the dashpot at full depth [N s/m].
+        Damping coefficient c of the dashpot at full depth [N s/m].
     depth
-        h, the indentation at which the dashpot is there in full [m].
+        Depth h, the indentation from which the dashpot acts fully [m].
     gap
-        g [m]; negative is a pre-compressed stop, of one side alone.
+        Gap g [m]; negative for a pre-compressed stop, on one side only.
     sides
         "one": a stop at u = gap; "both": another one at u = -gap.
 
@@ -83,12 +83,12 @@ class DampedStop(DirectedJoint):
 
     @property
     def force_law(self) -> str:
-        """Two: of one side, and of both."""
+        """Name of the compiled force, which differs for one side and for both."""
         return "damped_stop" if self.sides == "one" else "damped_play"
 
     @property
     def reference_stiffness(self) -> tuple[float, ...]:
-        """Its own while it is closed at rest [N/m]."""
+        """Stiffness if the stop is closed at rest, else 0 [N/m]."""
         return (self.stiffness if self.gap < 0 else 0.0,)
 
     def spring_energy(

@@ -1,9 +1,9 @@
-r"""Dual numbers for numba: a value with its derivative, through which any compiled scalar function is differentiated.
+r"""Dual numbers for numba: a value with its derivative, to differentiate any compiled scalar function.
 
 .. math:: f(a + \dot a\, \epsilon) = f(a) + f'(a)\, \dot a\, \epsilon, \qquad \epsilon^2 = 0
 
-A comparison looks at values alone, so that the derivative is that of the branch that is taken. `dual`, `value_of` and
-`slope_of` are for compiled code.
+Comparisons use values only, so that the derivative is that of the executed branch. `dual`, `value_of` and `slope_of`
+are for compiled code.
 
 References
 ----------
@@ -23,17 +23,17 @@ from numba.extending import intrinsic, lower_cast, models, overload, register_mo
 
 
 class DualType(types.Type):
-    """numba's type of a dual number; plain numbers become one where branches meet."""
+    """numba's type of a dual number; plain numbers are converted to it where branches meet."""
 
     def __init__(self) -> None:
         super().__init__(name="dual")
 
     def can_convert_from(self, _context: Any, other: Any) -> Any:
-        """Real numbers are promoted."""
+        """Conversion from another type: real numbers are promoted."""
         return Conversion.promote if isinstance(other, types.Float | types.Integer | types.Boolean) else None
 
     def unify(self, _context: Any, other: Any) -> Any:
-        """Of a dual and a real number: dual."""
+        """Common type of a dual number and a real number: dual."""
         return self if isinstance(other, types.Float | types.Integer | types.Boolean) else None
 
 
@@ -47,7 +47,7 @@ class _DualModel(models.StructModel):
 
 
 def _dual(_context: Any, value: Any, slope: Any) -> Any:
-    """A value with its derivative."""
+    """Dual number from a value and its derivative."""
 
     def build(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         made = cgutils.create_struct_proxy(DUAL)(context, builder)
@@ -76,11 +76,11 @@ _value, _slope = _part("value"), _part("slope")
 
 
 def value_of(number: Any) -> Any:
-    """The value of a dual number, or the number."""
+    """Value of a dual number, or the number itself."""
 
 
 def slope_of(number: Any) -> Any:
-    """The derivative of a dual number, 0 of another."""
+    """Derivative of a dual number, 0 for a plain number."""
 
 
 @overload(value_of, strict=False)
@@ -109,7 +109,7 @@ def _is_real(kind: Any) -> bool:
 
 
 def _two(function: Any, implementation: Callable[[Any, Any], Any]) -> None:
-    """Two arguments of which at least one is dual."""
+    """Overload a function of two arguments, of which at least one is dual."""
 
     @overload(function, strict=False)
     def typed(a: Any, b: Any) -> Any:

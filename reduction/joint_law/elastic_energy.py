@@ -1,4 +1,4 @@
-"""Elastic energy of the vibration: without what a static load stores."""
+"""Elastic energy of the vibration, without the energy that a static load stores."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,8 @@ from reduction.array_type import Row
 from reduction.joint_law.registry import Samples
 
 Law = Callable[[Row], Row]
-#: Step of differences over the swing of a variable: they leave its square of the energy, and round-off over it.
+#: Step of differences relative to the range of a variable; the truncation error of the energy is about its square,
+#: the round-off error about machine precision divided by it.
 STEP = 1e-4
 
 
@@ -18,9 +19,9 @@ def compute_spring_energy_about_mean(stored: Law, force: Law, displacement: Row)
     Parameters
     ----------
     stored, force
-        V and its derivative, functions of the displacement [J, N].
+        Energy V and its derivative, functions of the displacement [J, N].
     displacement
-        u, shape (n,) [m].
+        Displacement u, shape (n,) [m].
     """
     mean = displacement.mean()
     return np.asarray(stored(displacement) - stored(mean) - force(mean) * (displacement - mean))
@@ -29,14 +30,15 @@ def compute_spring_energy_about_mean(stored: Law, force: Law, displacement: Row)
 def compute_energy_about_mean(stored: Callable[[Row], float], variables: Samples) -> Row:
     r"""Energy about the mean of all variables, V(x) - V(m) - V'(m) (x - m), shape (n,) [J].
 
-    Of springs between variables, such as a displacement and sliders, it is that of each about its mean stretch.
+    For springs between variables, such as a displacement and sliders, it is the energy of each spring about its mean
+    elongation.
 
     Parameters
     ----------
     stored
-        V, a function of the variables at one instant [J]; its slopes are found by central differences.
+        Energy V, a function of the variables at one instant [J]; its derivatives are computed by central differences.
     variables
-        x, such as a displacement and the state of a joint, shape (s, n).
+        Variables x, such as a displacement and the state of a joint, shape (s, n).
     """
     mean, swing = variables.mean(axis=1), np.ptp(variables, axis=1)
     moved = variables - mean[:, None]

@@ -1,4 +1,4 @@
-"""A one-sided elastic stop without friction."""
+"""One-sided elastic stop without friction."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,13 +19,13 @@ class ElasticStop(DirectedJoint):
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, positive towards the stop, shape (r,) [-].
     stiffness
-        [N/m].
+        Stiffness of the closed stop [N/m].
     gap
-        [m]; negative is a pre-compressed stop.
+        Gap [m]; negative for a pre-compressed stop.
 
     Raises
     ------
@@ -50,13 +50,13 @@ class ElasticStop(DirectedJoint):
 
     @property
     def reference_stiffness(self) -> tuple[float, ...]:
-        """Its own while it is closed at rest [N/m]."""
+        """Stiffness if the stop is closed at rest, else 0 [N/m]."""
         return (self.stiffness if self.gap < 0 else 0.0,)
 
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """About its mean displacement."""
+        """Energy about the mean displacement."""
         stiffness, gap = parameters["stiffness"], parameters["gap"]
 
         def indentation(x: Row) -> Row:
@@ -67,5 +67,5 @@ class ElasticStop(DirectedJoint):
         )
 
     def pyharm(self, scale: float) -> Mapping[str, Any]:
-        """PenaltyUnilateralGap."""
+        """Connector PenaltyUnilateralGap of pyHarm."""
         return {"type": "PenaltyUnilateralGap", "k": scale**2 * self.stiffness, "g": self.gap / scale}

@@ -1,4 +1,4 @@
-"""The paper's contact: a unilateral normal spring beside elastic Coulomb friction."""
+"""Contact of the paper: a unilateral normal spring and elastic Coulomb friction."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ class Friction(Enum):
     """Coupling of the two tangents of a contact by Coulomb's limit."""
 
     UNCOUPLED = "uncoupled"
-    """Each tangent has a limit mu N of its own."""
+    """Each tangent has its own limit mu N."""
     COULOMB = "coulomb"
     """The resultant has the limit mu N and opposes the sliding (isotropic)."""
 
@@ -27,7 +27,7 @@ class Friction(Enum):
 @LAWS.register
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrictionContact(PressedJoint):
-    r"""The paper's contact element: a unilateral normal spring beside elastic Coulomb friction in one or two tangents.
+    r"""Contact element of the paper: a unilateral normal spring and elastic Coulomb friction in one or two tangents.
 
     .. math:: N = \max(N_0 + k_n (v - g),\ 0), \qquad T = k_t (u - w), \qquad |T| \le \mu N
 
@@ -36,21 +36,21 @@ class FrictionContact(PressedJoint):
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     normal
         Row of v, shape (r,) [-].
     tangents
-        Rows of u, shape (1, r) or (2, r); one row of shape (r,) is taken as (1, r) [-].
+        Rows of u, shape (1, r) or (2, r); a row of shape (r,) is converted to (1, r) [-].
     normal_stiffness, tangential_stiffness
-        k_n and k_t [N/m].
+        Normal and tangential stiffness k_n and k_t [N/m].
     friction_coefficient
-        mu [-].
+        Friction coefficient mu [-].
     preload
-        N_0 [N], the normal force at v = g; negative holds the contact open by that force.
+        Preload N_0, the normal force at v = g; a negative value holds the contact open [N].
     gap
-        g [m]; negative is an interference.
+        Gap g; negative for an interference [m].
     friction
-        How two tangents share the limit.
+        Coupling of two tangents by the limit.
 
     Raises
     ------
@@ -111,12 +111,12 @@ class FrictionContact(PressedJoint):
 
     @property
     def coupled(self) -> bool:
-        """Two tangents under one limit."""
+        """Whether two tangents have one common limit."""
         return self.friction is Friction.COULOMB and len(self.tangents) == 2
 
     @property
     def force_law(self) -> str:
-        """Two: tangents with a limit each, and tangents under one."""
+        """Name of the compiled force, which differs for uncoupled and coupled tangents."""
         return "coulomb" if self.coupled else "friction"
 
     @property
@@ -126,12 +126,12 @@ class FrictionContact(PressedJoint):
 
     @property
     def stuck_stiffness(self) -> tuple[float, ...]:
-        """k_t of the tangents, then k_n [N/m]."""
+        """Stiffnesses k_t of the tangents, then k_n [N/m]."""
         return (self.tangential_stiffness,) * len(self.tangents) + (self.normal_stiffness,)
 
     @property
     def slider_intervals(self) -> tuple[SliderInterval, ...] | str:
-        """Limits that follow the normal; a disc has no interval."""
+        """Intervals with limits that depend on v; coupled tangents have none, because their limit is a disc."""
         if self.coupled:
             return "has one Coulomb limit for both tangents: use uncoupled friction, or one tangent"
         kt, mu, kn = self.tangential_stiffness, self.friction_coefficient, self.normal_stiffness
@@ -141,17 +141,17 @@ class FrictionContact(PressedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """T^2 / (2 k_t) of the tangents, and that of the normal spring."""
+        """Energy T^2 / (2 k_t) of the tangents, plus that of the normal spring."""
         tangents = np.sum(force[:-1] ** 2, axis=0) / (2 * parameters["tangential_stiffness"])
         return np.asarray(tangents + self.normal_energy(parameters, displacement[-1]))
 
     def exported(self, program: str) -> Joint:
-        """Without friction a stop, k_n max(v - (g - N_0 / k_n), 0).
+        """Equivalent stop of a contact without friction, k_n max(v - (g - N_0 / k_n), 0).
 
         Raises
         ------
         ExchangeError
-            Friction whose limit follows a varying normal force.
+            A contact with friction, whose limit depends on the varying normal force.
         """
         if self.friction_coefficient > 0:
             raise ExchangeError(
@@ -168,7 +168,7 @@ class FrictionContact(PressedJoint):
 
     @classmethod
     def build(cls, name: str, rows: Mapping[str, Row], values: Mapping[str, Any]) -> Self:
-        """See `Joint`."""
+        """Joint from the entries of a case file, as in `Joint`."""
         tangents = np.array([rows[place] for place in ("tangent", "second_tangent") if place in rows])
         chosen = {"friction": Friction(values["friction"])} if "friction" in values else {}
         return cls(name=name, normal=rows["normal"], tangents=tangents, **{**values, **chosen})

@@ -1,11 +1,11 @@
-r"""A contact whose friction and tangential stiffness differ along its two tangents: machined or layered surfaces.
+r"""Contact with different friction and tangential stiffness along its two tangents, as on machined surfaces.
 
 .. math:: T_i = k_i (u_i - w_i), \qquad
           \left(\frac{T_1}{\mu_1 N}\right)^2 + \left(\frac{T_2}{\mu_2 N}\right)^2 \le 1
 
-The slider moves along the stretch :math:`u - w` of its spring. Where both stiffnesses are equal, the friction force
-opposes the sliding; where :math:`k_1 / \mu_1^2 = k_2 / \mu_2^2`, the sliding is normal to the ellipse (the greatest
-dissipation). In :math:`\bar u_2 = c\, u_2` with :math:`c = k_2 \mu_1 / (k_1 \mu_2)` it is the isotropic contact of
+The slider moves along the elongation :math:`u - w` of its spring. If both stiffnesses are equal, the friction force
+opposes the sliding; if :math:`k_1 / \mu_1^2 = k_2 / \mu_2^2`, the sliding is normal to the ellipse (maximum
+dissipation). With :math:`\bar u_2 = c\, u_2` and :math:`c = k_2 \mu_1 / (k_1 \mu_2)` it is the isotropic contact of
 stiffness :math:`k_1` and friction :math:`\mu_1`.
 
 References
@@ -29,18 +29,18 @@ from reduction.joint_law.registry import LAWS, LawParameter, Samples
 @LAWS.register
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrictionEllipse(PressedJoint):
-    """A contact with two tangents under one elliptic limit.
+    """Contact with two tangents and an elliptic friction limit.
 
     Parameters
     ----------
     name, normal, normal_stiffness, preload, gap
-        As of `PressedJoint`.
+        As in `PressedJoint`.
     tangent, second_tangent
         Rows of u_1 and u_2, shape (r,) each [-].
     tangential_stiffness, second_tangential_stiffness
-        k_1 and k_2 [N/m].
+        Tangential stiffnesses k_1 and k_2 [N/m].
     friction_coefficient, second_friction_coefficient
-        mu_1 and mu_2, the half axes of the ellipse over N [-].
+        Friction coefficients mu_1 and mu_2, the half axes of the ellipse over N [-].
 
     Raises
     ------
@@ -101,17 +101,17 @@ class FrictionEllipse(PressedJoint):
 
     @property
     def stuck_stiffness(self) -> tuple[float, ...]:
-        """k_1, k_2 and k_n [N/m]."""
+        """Stiffnesses k_1, k_2 and k_n [N/m]."""
         return (self.tangential_stiffness, self.second_tangential_stiffness, self.normal_stiffness)
 
     @property
     def slider_intervals(self) -> str:
-        """None: an ellipse has no interval."""
+        """Reason why there is no interval: the limit is an ellipse."""
         return "has one elliptic limit for both tangents: use uncoupled friction, or one tangent"
 
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """T_i^2 / (2 k_i) of the tangents, and that of the normal spring."""
+        """Energy T_i^2 / (2 k_i) of the tangents, plus that of the normal spring."""
         springs = np.array([parameters[name] for name in ("tangential_stiffness", "second_tangential_stiffness")])
         return np.asarray(0.5 / springs @ force[:-1] ** 2 + self.normal_energy(parameters, displacement[-1]))

@@ -1,8 +1,8 @@
-"""A joint law from a scalar Python function: its derivatives are found by dual numbers and checked by differences.
+"""Joint law from a scalar Python function: derivatives by dual numbers, checked by differences.
 
-The function is ``force(u, velocity, state, parameters)``: displacement [m], velocity [m/s], what the joint remembers
-and its parameters, both tuples of numbers. It returns the force [N], and with memory ``(force, new_state)``. It is
-compiled, so it may use arithmetic, comparisons, functions of `math` and other such functions of its file.
+The function is ``force(u, velocity, state, parameters)``: displacement [m], velocity [m/s], the state of the joint and
+its parameters, both tuples of numbers. It returns the force [N], for a law with state ``(force, new_state)``. It is
+compiled, so it may use arithmetic, comparisons, functions of `math` and functions of its file with the same limits.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,9 +19,11 @@ from reduction.array_type import Real, Row
 from reduction.joint_law.elastic_energy import compute_energy_about_mean
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
-#: Random instants at which derivatives are checked, the share of them that may lie at a kink, and the relative error.
+#: Number of random instants at which derivatives are checked, fraction that may be at a kink, and largest relative
+#: error.
 CHECKS, AT_KINK, AGREEMENT = 60, 0.05, 1e-4
-#: Differences are taken over this share of each quantity's size; velocities are those of so many radians per second.
+#: Step of differences relative to the size of each quantity [-], and angular frequency for the size of velocities
+#: [rad/s].
 STEP, OMEGA = 1e-6, 500.0
 
 
@@ -32,17 +34,18 @@ class _Disagreement(NamedTuple):
 
 
 class CompiledFunction:
-    """A user's force with its derivatives as machine code at an address of this process.
+    """User's force function and its derivatives, compiled to machine code in this process.
 
-    ``step(u, velocity, state, parameters, out, count)`` fills `out`, shape (3 + s + p, 1 + s): row 0 the force and
-    the new state, then their derivatives by the first `count` of u, velocity, each state, each parameter, a row each.
+    ``step(u, velocity, state, parameters, out, count)`` fills `out`, shape (3 + s + p, 1 + s): row 0 is the force and
+    the new state; the next rows are their derivatives with respect to the first `count` of u, velocity, each state and
+    each parameter.
 
     Parameters
     ----------
     force
-        The function.
+        Force function.
     n_state, n_parameter
-        s and p [-].
+        Numbers of states s and of parameters p [-].
     """
 
     def __init__(self, force: Callable[..., Any], n_state: int, n_parameter: int) -> None:
@@ -67,7 +70,7 @@ class CompiledFunction:
         return cfunc(kind, error_model="numpy")(scope["step"])
 
     def _source(self) -> str:
-        """The step, with tuples of the right length written out."""
+        """Source of the step, with tuples of the right length."""
         s, p = self.n_state, self.n_parameter
         state = "".join(f"state[{i}], " for i in range(s))
         parameters = "".join(f"parameters[{i}], " for i in range(p))
@@ -100,7 +103,7 @@ class CompiledFunction:
     def __call__(
         self, u: float, velocity: float, state: Row, parameters: Row, *, derive: bool = False
     ) -> Float[Real, "c r"]:
-        """One evaluation from Python; see the class for what is returned."""
+        """Evaluate the step from Python, and return its array `out`."""
         import ctypes
 
         out = np.zeros((3 + self.n_state + self.n_parameter, 1 + self.n_state))
@@ -115,12 +118,12 @@ class CompiledFunction:
 
 
 def _machine_code(function: Callable[..., Any], known: dict[Any, Any]) -> Any:
-    """A Python function compiled together with the functions of its file that it calls."""
+    """Compile a Python function together with the functions of its file that it calls."""
     from numba import njit
 
     if function not in known:
         code, scope = function.__code__, dict(function.__globals__)
-        known[function] = function  # one that calls itself is left to numba
+        known[function] = function  # numba handles a function that calls itself
         for name in code.co_names:
             if isinstance(scope.get(name), FunctionType):
                 scope[name] = _machine_code(scope[name], known)
@@ -130,7 +133,7 @@ def _machine_code(function: Callable[..., Any], known: dict[Any, Any]) -> Any:
 
 
 class FunctionJoint(DirectedJoint):
-    """A joint along one row whose force is a user's function; `joint_law` makes such classes."""
+    """Joint along one row whose force is a user's function; `joint_law` makes subclasses of it."""
 
     function: ClassVar[CompiledFunction]
     stuck: ClassVar[Callable[..., float]]
@@ -140,13 +143,13 @@ class FunctionJoint(DirectedJoint):
 
     @property
     def stuck_stiffness(self) -> tuple[float, ...]:
-        """As the law says, of its parameters [N/m]."""
+        """Stiffness by the law's function of the parameters [N/m]."""
         return (float(type(self).stuck(*(getattr(self, name) for name in self.parameter_names))),)
 
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row | None:
-        """As the law says, about the mean displacement and the mean state."""
+        """Energy by the law's function, about the mean displacement and the mean state."""
         energy, values = type(self).energy, tuple(parameters.values())
         if energy is None:
             return None
@@ -156,7 +159,7 @@ class FunctionJoint(DirectedJoint):
 
     @classmethod
     def wrong(cls) -> str | None:
-        """Reason why its function cannot be used, as the end of a sentence."""
+        """Reason why the function cannot be used, as the end of a sentence; None if it can."""
         return super().wrong() or _describe_fault(cls)
 
 
@@ -169,28 +172,28 @@ def joint_law(
     stuck_stiffness: Callable[..., float],
     energy: Callable[..., float] | None,
 ) -> Callable[[Callable[..., Any]], type[FunctionJoint]]:
-    """Make a joint law of a function, and register it: a decorator, which returns the class of its joints.
+    """Decorator that makes a joint law from a function and registers it; it returns the class of the joints.
 
     Parameters
     ----------
     kind
         Name of the law in case files.
     parameters
-        Its numbers with units and bounds, in the order in which the function takes them; lists are refused.
+        Parameters with units and bounds, in the order of the function's tuple; lists are refused.
     typical_displacement
-        Where its force bends, with the typical parameters: derivatives are checked about it [m].
+        Displacement at which the force is nonlinear, with the typical parameters; derivatives are checked about it [m].
     n_state
-        Numbers that it remembers from instant to instant, each 0 at first [-].
+        Number of state variables, which are 0 initially [-].
     stuck_stiffness
-        Function of the parameters, each an argument: stiffness about rest while nothing slips [N/m].
+        Function with each parameter as an argument: stiffness about rest without slip [N/m].
     energy
-        Function ``energy(u, state, parameters)`` of what its springs hold [J]; None for a law without springs.
+        Function ``energy(u, state, parameters)``: energy in the springs [J]; None for a law without springs.
 
     Raises
     ------
     RegistryError
-        A name that is taken, a parameter that is a list, a function that cannot be compiled, or derivatives that
-        differences do not confirm.
+        A name that is already used, a parameter that is a list, a function that cannot be compiled, or derivatives that
+        differ from differences.
     """
 
     def register(force: Callable[..., Any]) -> type[FunctionJoint]:
@@ -235,7 +238,7 @@ def joint_law(
 
 
 def _describe_fault(law: type[FunctionJoint]) -> str | None:
-    """Compile a law's function and take it through a random motion, with derivatives against differences."""
+    """Compile the function of a law, and compare its derivatives with differences along a random motion."""
     from numba.core.errors import NumbaError
 
     try:
@@ -261,7 +264,7 @@ def _describe_fault(law: type[FunctionJoint]) -> str | None:
 
 
 def _find_disagreements(law: type[FunctionJoint]) -> tuple[_Disagreement, int] | tuple[str, int]:
-    """One instant at which no difference agrees, and at how many that is so; or why none can be taken."""
+    """Disagreement at the last instant at which no difference agrees, and number of these instants; or a message."""
     random = np.random.default_rng(0)
     function, scale, s = law.function, law.typical_displacement, law.function.n_state
     names = ["u", "velocity", *(f"state[{i}]" for i in range(s)), *(item.name for item in law.parameters)]

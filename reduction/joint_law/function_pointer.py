@@ -1,4 +1,4 @@
-"""Calls of a user's compiled function by its address, from compiled code that was made before it."""
+"""Call a user's compiled function by its address, from code that was compiled before it."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from numba.extending import intrinsic
 def _call_step(
     _context: Any, _address: Any, u: Any, velocity: Any, state: Any, parameters: Any, out: Any, count: Any
 ) -> Any:
-    """One evaluation; `reduction.joint_law.function_law.CompiledFunction` describes the contiguous arrays."""
+    """Evaluate the function; `reduction.joint_law.function_law.CompiledFunction` describes the contiguous arrays."""
 
     def build(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         number, pointer, integer = ir.DoubleType(), ir.DoubleType().as_pointer(), ir.IntType(64)

@@ -1,4 +1,4 @@
-"""A curved contact: a one-sided force that grows with a power of the indentation."""
+"""Hertzian contact: a one-sided force that is a power of the indentation."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,22 +15,22 @@ from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samp
 class HertzContact(DirectedJoint):
     """f = stiffness reference (max(u - gap, 0) / reference)^exponent, without friction.
 
-    Hertz's contact of two bodies at a point has the exponent 3/2. Rough surfaces have larger ones.
+    Hertz's point contact of two bodies has the exponent 3/2. Rough surfaces have larger exponents.
 
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, positive towards the contact, shape (r,) [-].
     stiffness
         Force over indentation at the reference [N/m].
     reference
-        Indentation [m].
+        Reference indentation [m].
     exponent
-        Of the indentation, at least 1; 3/2 by default [-].
+        Exponent of the indentation, at least 1; 3/2 by default [-].
     gap
-        [m]; negative is an indentation at rest.
+        Gap [m]; negative for an indentation at rest.
 
     Raises
     ------
@@ -71,7 +71,7 @@ class HertzContact(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """About its mean displacement."""
+        """Energy about the mean displacement."""
         k, r, p, gap = (parameters[item.name] for item in self.parameters)
 
         def indentation(x: Row) -> Row:

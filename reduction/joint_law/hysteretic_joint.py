@@ -1,4 +1,4 @@
-"""Base of smooth hysteresis laws: a yielding spring in parallel with an elastic one."""
+"""Base class of smooth hysteresis laws: a yielding spring in parallel with an elastic spring."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from reduction.errors import JointError
 from reduction.joint_law.parallel_sliders import compute_vibration_energy
 from reduction.joint_law.registry import DirectedJoint, LawParameter, Samples
 
-#: The first parameters of each of these laws.
+#: First parameters of all smooth hysteresis laws.
 HYSTERESIS = (
     LawParameter(name="tangential_stiffness", unit="N/m", meaning="k, about rest", typical=1e6, positive=True),
     LawParameter(name="slip_stiffness", unit="N/m", meaning="k_s, in slip", typical=1e5, lower=0.0, default=0.0),
@@ -20,22 +20,22 @@ HYSTERESIS = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HystereticJoint(DirectedJoint):
-    """f = k_s u + (k - k_s) z, where abs(z) < z_y = F / (k - k_s) follows the motion less and less.
+    """f = k_s u + (k - k_s) z, where abs(z) < z_y = F / (k - k_s) saturates as the motion grows.
 
-    z is the stretch of the spring that yields [m]; the joint remembers its other end, u - z.
+    z is the elongation of the yielding spring [m]; the state of the joint is its other end, u - z.
 
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     tangential_stiffness
-        k [N/m].
+        Stiffness k about rest [N/m].
     limit_force
-        F [N].
+        Limit F of the force beyond that of k_s [N].
     slip_stiffness
-        k_s, below k [N/m]; 0 by default.
+        Stiffness k_s in slip, below k [N/m]; 0 by default.
 
     Raises
     ------
@@ -64,7 +64,7 @@ class HystereticJoint(DirectedJoint):
 
     @property
     def slider_intervals(self) -> str:
-        """None: it yields at any force."""
+        """Reason why there is no interval: the joint yields at any force."""
         return "yields at any force and has no interval of stick: remove it, or use jenkins"
 
     def spring_energy(

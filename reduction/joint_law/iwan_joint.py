@@ -1,15 +1,15 @@
-r"""Segalman's four-parameter Iwan joint: many sliders in parallel, whose dissipation is a power of the amplitude.
+r"""Segalman's four-parameter Iwan joint: parallel sliders whose dissipation is a power of the amplitude.
 
-Springs and sliders in parallel break away at displacements :math:`\phi` of the density
+Springs and sliders in parallel slip at displacements :math:`\phi` with the density
 
 .. math:: \rho(\phi) = R\, \phi^\chi + S\, \delta(\phi - \phi_\mathrm{max}), \qquad 0 < \phi \le \phi_\mathrm{max} ,
 
-with :math:`\beta = S (\chi + 1) / (R\, \phi_\mathrm{max}^{\chi + 1})`, the stiffness of the last over that of the
-others.
+with :math:`\beta = S (\chi + 1) / (R\, \phi_\mathrm{max}^{\chi + 1})`, the ratio of the stiffness of the last slider to
+that of the others.
 
-In micro-slip the work of a cycle grows with the amplitude to the power :math:`\chi + 3`. Here the density stands in
-`CELLS` sliders on a geometric grid, each at the centroid of its cell, so that stiffness and limit are exact, and a last
-one at :math:`\phi_\mathrm{max}`.
+In micro-slip the work of a cycle grows with the amplitude to the power :math:`\chi + 3`. The density is represented by
+`CELLS` sliders on a geometric grid, each at the centroid of its cell, so that stiffness and limit are exact, and by a
+last slider at :math:`\phi_\mathrm{max}`.
 
 References
 ----------
@@ -25,7 +25,7 @@ from reduction.array_type import Row
 from reduction.joint_law.parallel_sliders import compute_vibration_energy
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
-#: Cells of the grid, and the first edge above zero, over the displacement of macro-slip [-].
+#: Number of cells of the grid, and first edge above zero relative to the displacement of macro-slip [-].
 CELLS, FIRST = 32, 1e-3
 
 
@@ -37,17 +37,17 @@ class IwanJoint(DirectedJoint):
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     tangential_stiffness
-        K_T, with all sliders stuck [N/m].
+        Stiffness K_T while all sliders stick [N/m].
     limit_force
-        F_S, at which all slide [N].
+        Force F_S at which all sliders slip [N].
     exponent
-        chi, above -1: the work of a cycle grows with the power chi + 3 of the amplitude [-].
+        Exponent chi, above -1: the work of a cycle grows with the power chi + 3 of the amplitude [-].
     ratio
-        beta: stiffness of the last spring over that of all others [-].
+        Ratio beta of the stiffness of the last spring to that of all others [-].
 
     Raises
     ------
@@ -73,7 +73,7 @@ class IwanJoint(DirectedJoint):
 
     @property
     def stuck_stiffness(self) -> tuple[float, ...]:
-        """K_T [N/m]."""
+        """Stiffness K_T [N/m]."""
         return (self.tangential_stiffness,)
 
     def spring_energy(
@@ -85,7 +85,7 @@ class IwanJoint(DirectedJoint):
 
 
 def make_cells(stiffness: float, limit: float, exponent: float, ratio: float) -> tuple[Row, Row]:
-    """Stiffness [N/m] and displacement at slip [m] of each slider, shape (CELLS + 1,) both."""
+    """Stiffness [N/m] and displacement at slip [m] of each slider, each of shape (CELLS + 1,)."""
     edges = np.array([0.0, *np.geomspace(FIRST, 1.0, CELLS)])
     share, moment = (np.diff(edges ** (exponent + power)) for power in (1, 2))
     mean = (exponent + 1) / (exponent + 2)

@@ -1,4 +1,4 @@
-"""A spring and a slider in series."""
+"""Jenkins element: a spring and a slider in series."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samp
 @LAWS.register
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JenkinsElement(DirectedJoint):
-    r"""A spring and a slider in series with a constant limit: T = k_t (u - w), abs(T) <= limit_force.
+    r"""Spring and slider in series with a constant limit: T = k_t (u - w), abs(T) <= limit_force.
 
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     tangential_stiffness
-        k_t [N/m].
+        Stiffness k_t of the spring [N/m].
     limit_force
-        mu N [N].
+        Limit force mu N of the slider [N].
 
     Raises
     ------
@@ -47,21 +47,21 @@ class JenkinsElement(DirectedJoint):
 
     @property
     def stuck_stiffness(self) -> tuple[float, ...]:
-        """k_t [N/m]."""
+        """Stiffness k_t [N/m]."""
         return (self.tangential_stiffness,)
 
     @property
     def slider_intervals(self) -> tuple[SliderInterval, ...]:
-        """Interval of the slider, of constant limit."""
+        """Interval of the slider, with a constant limit."""
         return (SliderInterval(0, -1, self.tangential_stiffness, self.limit_force, 0.0),)
 
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """T^2 / (2 k_t)."""
+        """Energy T^2 / (2 k_t)."""
         return np.asarray(force[0] ** 2 / (2 * parameters["tangential_stiffness"]))
 
     def pyharm(self, scale: float) -> Mapping[str, Any]:
-        """Jenkins with a normal force of its own."""
+        """Connector Jenkins of pyHarm with a constant normal force."""
         stiffness = scale**2 * self.tangential_stiffness
         return {"type": "Jenkins", "mu": 1.0, "N0": scale * self.limit_force, "k": stiffness}

@@ -1,4 +1,4 @@
-"""Several springs with sliders in parallel, and a spring that never slips: a piecewise linear loop."""
+"""Jenkins elements in parallel with a spring: a piecewise linear hysteresis loop."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,15 +19,15 @@ class JenkinsChain(DirectedJoint):
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     tangential_stiffness
-        k_i of each element [N/m]; one number is a list of one.
+        Stiffness k_i of each element [N/m]; a single number is a list of one.
     limit_force
-        Of each element [N].
+        Limit force of each element [N].
     stiffness
-        Of the spring beside them [N/m]; 0 by default.
+        Stiffness of the parallel spring [N/m]; 0 by default.
 
     Raises
     ------
@@ -71,7 +71,7 @@ class JenkinsChain(DirectedJoint):
 
     @property
     def slider_intervals(self) -> str:
-        """None: limits are searched for one slider per motion."""
+        """Reason why there is no interval: limits are searched for one slider per motion."""
         return "has several sliders on one motion: give each as a separate joint of the law jenkins"
 
     def spring_energy(

@@ -1,4 +1,4 @@
-r"""The friction of Canudas de Wit and others (Lund, Grenoble): bristles that bend, and a limit that falls with speed.
+r"""LuGre friction of Canudas de Wit and others: bristles that bend, and a limit that decreases with velocity.
 
 .. math:: f = \sigma_0 z + \sigma_1 \dot z + \sigma_2 \dot u, \qquad
           \dot z = \dot u - \frac{\sigma_0 |\dot u|}{g(\dot u)} z, \qquad
@@ -26,26 +26,26 @@ from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samp
 class LuGreFriction(DirectedJoint):
     """Friction along one row that depends on displacement and velocity.
 
-    It remembers u - z, where the bristles stand, and g / sigma_0, the z at which they give way [m].
+    Its state is u - z, the position of the bristles, and g / sigma_0, the deflection z at which they slip [m].
 
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     tangential_stiffness
-        sigma_0, of the bristles [N/m].
+        Stiffness sigma_0 of the bristles [N/m].
     limit_force
-        F_c, at high velocity [N].
+        Limit force F_c at high velocity [N].
     static_force
-        F_s, at rest, at least F_c [N].
+        Limit force F_s at rest, at least F_c [N].
     velocity
-        v_s, over which the limit falls [m/s].
+        Velocity v_s over which the limit decreases [m/s].
     bristle_damping
-        sigma_1 [N s/m]; 0 by default.
+        Damping sigma_1 of the bristles [N s/m]; 0 by default.
     damping
-        sigma_2 [N s/m]; 0 by default.
+        Viscous damping sigma_2 [N s/m]; 0 by default.
 
     Raises
     ------
@@ -83,12 +83,12 @@ class LuGreFriction(DirectedJoint):
 
     @property
     def stuck_stiffness(self) -> tuple[float, ...]:
-        """sigma_0 [N/m]."""
+        """Stiffness sigma_0 [N/m]."""
         return (self.tangential_stiffness,)
 
     @property
     def slider_intervals(self) -> str:
-        """None: it creeps under any force."""
+        """Reason why there is no interval: the joint creeps under any force."""
         return "creeps under any force and has no interval of stick: remove it, or use jenkins"
 
     def spring_energy(

@@ -1,4 +1,4 @@
-"""Energy of springs that sliders end, all of them stretched by one motion."""
+"""Energy of parallel springs in series with sliders, all elongated by the same displacement."""
 
 import numpy as np
 
@@ -7,16 +7,16 @@ from reduction.joint_law.registry import Samples
 
 
 def compute_vibration_energy(stiffness: Row, displacement: Row, slider: Samples) -> Row:
-    """Elastic energy of springs about the mean stretch of each, shape (n,) [J].
+    """Elastic energy of springs about the mean elongation of each, shape (n,) [J].
 
     Parameters
     ----------
     stiffness
-        Of each spring, shape (s,) [N/m].
+        Stiffness of each spring, shape (s,) [N/m].
     displacement
-        Of all springs, shape (n,) [m].
+        Displacement of one end of all springs, shape (n,) [m].
     slider
-        The other end of each, shape (s, n) [m].
+        Displacement of the other end of each spring, shape (s, n) [m].
     """
     stretch = displacement - slider
     varied = stretch - stretch.mean(axis=1, keepdims=True)

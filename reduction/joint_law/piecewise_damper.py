@@ -1,4 +1,4 @@
-"""A damper of straight pieces: what was measured or recovered, and no formula."""
+"""Piecewise linear damper, for a measured or identified force without a formula."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ class PiecewiseDamper(DirectedJoint):
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     width
-        Of a piece [m/s].
+        Width of a piece [m/s].
     damping
         Change of the slope df/dv at 0, width, 2 width, ..., of either sign, a list [N s/m].
 

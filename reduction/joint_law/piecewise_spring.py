@@ -1,4 +1,4 @@
-"""A one-sided spring of straight pieces: what was measured or recovered, and no formula."""
+"""One-sided piecewise linear spring, for a measured or identified force without a formula."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,16 +14,16 @@ from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samp
 class PiecewiseSpring(DirectedJoint):
     """f = sum of stiffness[i] max(u - i width, 0), i = 0, 1, ...: one-sided, with a kink at each i width.
 
-    A second one in the other direction makes the force of u < 0.
+    A second spring in the opposite direction gives the force for u < 0.
 
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
-        Row of u, positive towards where it acts, shape (r,) [-].
+        Row of u, positive towards the side where the spring acts, shape (r,) [-].
     width
-        Of a piece [m].
+        Width of a piece [m].
     stiffness
         Change of the slope df/du at 0, width, 2 width, ..., of either sign, a list [N/m].
 
@@ -51,7 +51,7 @@ class PiecewiseSpring(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """About its mean displacement."""
+        """Energy about the mean displacement."""
         changes = np.array([parameters[name] for name in self.parameters[1].names(self)])
         begin = parameters["width"] * np.arange(len(changes))
 

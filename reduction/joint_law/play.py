@@ -1,4 +1,4 @@
-"""A spring beyond a clearance on either side."""
+"""Spring beyond a clearance on either side."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ class Play(DirectedJoint):
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     stiffness
-        [N/m].
+        Stiffness beyond the gap [N/m].
     gap
         Clearance on either side [m].
 
@@ -48,7 +48,7 @@ class Play(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """About its mean displacement."""
+        """Energy about the mean displacement."""
         stiffness, gap = parameters["stiffness"], parameters["gap"]
 
         def beyond(x: Row) -> Row:

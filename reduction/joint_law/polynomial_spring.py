@@ -1,4 +1,4 @@
-"""A spring whose force is a polynomial of the displacement, of even and odd powers."""
+"""Spring whose force is a polynomial of the displacement, with even and odd powers."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samp
 class PolynomialSpring(DirectedJoint):
     """f = quadratic u^2 + cubic u^3 + quartic u^4 + quintic u^5.
 
-    Even powers make a spring that is stiffer on one side: a bent or preloaded structure.
+    Even powers make the spring stiffer on one side, as for a curved or preloaded structure.
 
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     quadratic, cubic, quartic, quintic
-        [N/m^2], [N/m^3], [N/m^4] and [N/m^5], of either sign; 0 by default.
+        Coefficients [N/m^2], [N/m^3], [N/m^4] and [N/m^5], of either sign; 0 by default.
 
     Raises
     ------
@@ -52,7 +52,7 @@ class PolynomialSpring(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """About its mean displacement."""
+        """Energy about the mean displacement."""
         factors = [parameters[item.name] for item in self.parameters]
         force_of = np.polynomial.Polynomial([0.0, 0.0, *factors])
         return compute_spring_energy_about_mean(force_of.integ(), force_of, displacement[0])

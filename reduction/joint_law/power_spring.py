@@ -1,4 +1,4 @@
-"""A spring whose force is a power of the displacement."""
+"""Spring whose force is a power of the displacement."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,15 +18,15 @@ class PowerSpring(DirectedJoint):
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     stiffness
         Force over displacement at the reference [N/m], of either sign.
     reference
-        Displacement [m].
+        Reference displacement [m].
     exponent
-        Of the displacement, at least 1 [-].
+        Exponent of the displacement, at least 1 [-].
 
     Raises
     ------
@@ -51,7 +51,7 @@ class PowerSpring(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """About its mean displacement."""
+        """Energy about the mean displacement."""
         k, r, p = (parameters[name] for name in ("stiffness", "reference", "exponent"))
         return compute_spring_energy_about_mean(
             lambda x: k * r**2 / (p + 1) * np.abs(x / r) ** (p + 1),

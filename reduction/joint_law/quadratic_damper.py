@@ -15,11 +15,11 @@ class QuadraticDamper(DirectedJoint):
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     damping
-        [N s^2/m^2], not negative.
+        Damping coefficient, not negative [N s^2/m^2].
 
     Raises
     ------
@@ -41,7 +41,7 @@ class QuadraticDamper(DirectedJoint):
         """Zero: this law stores no energy."""
 
     def exported(self, program: str) -> Joint:
-        """No other program has it.
+        """Refuse the export, because no other program has this law.
 
         Raises
         ------

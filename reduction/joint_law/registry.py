@@ -1,7 +1,7 @@
 """Data of every joint law, and the registry of all laws.
 
-A law is a frozen dataclass derived from `Joint`: rows, numbers, and the facts that the rest of the program asks for
-instead of its type. `docs/extending.md` shows how to add one.
+A law is a frozen dataclass derived from `Joint`: rows, numbers, and properties that the rest of the program uses
+instead of the type of the law. `docs/extending.md` shows how to add a law.
 """
 
 from abc import ABC, abstractmethod
@@ -21,11 +21,11 @@ Samples = Float[Real, "d n"]
 
 
 class Plausible(NamedTuple):
-    """Largest plausible value of a parameter: a larger number is a mistake, or meant for something else."""
+    """Largest plausible value of a parameter; a larger number is probably a mistake."""
 
     largest: float
     remedy: str
-    """What a larger number is, and what to give in its place: the end of a sentence that begins with the number."""
+    """Meaning of a larger number, and remedy, as the end of a sentence that begins with the number."""
 
     def doubt(self, value: float) -> str:
         """Warning about a number that is too large; empty otherwise."""
@@ -34,30 +34,30 @@ class Plausible(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class LawParameter:
-    """A number of a law, as a case file gives it.
+    """Parameter of a law in a case file.
 
     Parameters
     ----------
     name
-        Of the field.
+        Name of the field.
     unit
-        As text that `study.quantity` understands, such as "N/m"; "-" for none.
+        Unit as text that `study.quantity` can read, such as "N/m"; "-" for none.
     meaning
-        One line for tables and documents.
+        Description in one line for tables and documents.
     typical
-        A value of a usual size: examples and sweeps over all laws take it.
+        Typical value for examples and sweeps over all laws.
     lower
-        Least value; none by default.
+        Smallest value; unbounded by default.
     positive
-        It must be larger than 0.
+        Whether it must be larger than 0.
     plausible
-        What real joints have; anything within the bounds by default.
+        Plausible range for real joints; all values within the bounds by default.
     default
-        None where it must be given.
+        Default value; None if the parameter must be given.
     is_list
-        It is a list of such numbers, at least one; its field is a tuple.
+        Whether it is a list of at least one number; its field is a tuple.
     is_form
-        It gives the law its form, as an exponent does, and not its size.
+        Whether it determines the form of the law, as an exponent does, and not its magnitude.
     """
 
     name: str
@@ -72,13 +72,13 @@ class LawParameter:
     is_form: bool = False
 
     def names(self, joint: "Joint") -> tuple[str, ...]:
-        """Its name, or that of each number of a list, such as "limit_force[0]"."""
+        """Name of the parameter, or of each number of a list, such as "limit_force[0]"."""
         if not self.is_list:
             return (self.name,)
         return tuple(f"{self.name}[{number}]" for number in range(len(getattr(joint, self.name))))
 
     def values(self, joint: "Joint") -> tuple[float, ...]:
-        """Its value, or those of a list."""
+        """Value of the parameter, or the numbers of a list."""
         value = getattr(joint, self.name)
         return value if self.is_list else (value,)
 
@@ -96,16 +96,16 @@ class LawParameter:
 
 @dataclass(frozen=True, kw_only=True)
 class LawOption:
-    """A choice of a law, as a case file gives it: one of several words.
+    """Option of a law in a case file: one of several words.
 
     Parameters
     ----------
     name
-        Of the field.
+        Name of the field.
     choices
-        Words; the first is the default.
+        Possible words; the first is the default.
     meaning
-        One line for tables and documents.
+        Description in one line for tables and documents.
     """
 
     name: str
@@ -114,65 +114,65 @@ class LawOption:
 
 
 class MachineCode(Protocol):
-    """A compiled function of a user's: `reduction.joint_law.function_law.CompiledFunction`."""
+    """Compiled function of a user, see `reduction.joint_law.function_law.CompiledFunction`."""
 
     @property
     def address(self) -> int:
-        """Where it is in this process."""
+        """Address in this process."""
 
 
 class SliderInterval(NamedTuple):
-    """A slider that sticks while abs(k_t (u - w)) <= constant + by_normal v."""
+    """Slider that sticks while abs(k_t (u - w)) <= constant + by_normal v."""
 
     tangent: int
-    """Direction of u."""
+    """Number of the direction of u."""
     normal: int
-    """Direction of v, -1 for none."""
+    """Number of the direction of v, -1 for none."""
     stiffness: float
-    """k_t [N/m]."""
+    """Stiffness k_t [N/m]."""
     constant: float
-    """mu (N_0 - k_n g), or the constant limit [N]."""
+    """Constant part of the limit, mu (N_0 - k_n g), or the constant limit [N]."""
     by_normal: float
-    """mu k_n, 0 for a constant limit [N/m]."""
+    """Slope of the limit, mu k_n; 0 for a constant limit [N/m]."""
 
 
 class Joint(ABC):
-    """A joint: what acts between rows over the degrees of freedom of a structure.
+    """Joint: a nonlinear force along rows over the degrees of freedom of a structure.
 
-    A law states all that has no default here; it is refused by the registry otherwise. A default is what is true of a
-    law that does not say more, or a refusal.
+    A law must define all attributes without a default; otherwise the registry refuses it. Defaults hold for laws that
+    do not override them, or raise an error.
     """
 
     kind: ClassVar[str]
     """Name of the law in registries and case files."""
     parameters: ClassVar[tuple[LawParameter, ...]]
-    """In the order in which its force reads them; each is a field."""
+    """Parameters in the order in which the force reads them; each is a field."""
     typical_displacement: ClassVar[float]
-    """Displacement at which it shows what it is, with the typical parameters [m]."""
+    """Displacement at which the law is nonlinear, with the typical parameters [m]."""
     options: ClassVar[tuple[LawOption, ...]] = ()
-    """Choices; each is a field."""
+    """Options; each is a field."""
     places: ClassVar[Mapping[str, bool]] = {"direction": True}
-    """Rows that a case file gives by name, and whether each must be given."""
+    """Names of the rows in a case file, and whether each must be given."""
     series_springs: ClassVar[bool] = False
-    """The elastic energy of each direction is force^2 / (2 stuck stiffness), whatever the motion; of the normal
-    direction it is taken about the mean displacement, as of every spring that may open."""
+    """Whether the elastic energy of each direction is force^2 / (2 stuck stiffness) for any motion; for the normal
+    direction it is taken about the mean displacement, as for every spring that may open."""
     can_slip: ClassVar[bool] = True
-    """It sticks and slips, or opens; a stop is closed or open alone."""
+    """Whether the joint may slip; a stop can only be closed or open."""
     one_sided: ClassVar[bool] = False
-    """Its force differs in kind for u and -u, so that the sign of its row matters."""
+    """Whether the force at -u is not minus the force at u, so that the sign of the row matters."""
     nlvib: ClassVar[tuple[str, Mapping[str, str]] | None] = None
-    """Type of its element in NLvib, and names of NLvib's numbers with the fields that they are; none for a law that
-    other programs do not have."""
+    """Type of the element in NLvib, and field for each of NLvib's names of numbers; None for a law that other programs
+    do not have."""
 
     function: ClassVar[MachineCode | None] = None
-    """Force as a user's function, which is called by its address; none for a law whose force is part of `hbsolve`."""
+    """User's function for the force, called by its address; None for a law whose force is part of `hbsolve`."""
 
     name: str
 
     def check_fields(self, *rows: str) -> None:
-        """Replace the rows of these names by read-only copies and all scalars by floats, and check the parameters.
+        """Replace the named rows by read-only copies and all scalars by floats, and check the parameters.
 
-        Entries that are no finite real numbers, a row of zeros or of another shape, and a parameter outside its bounds
+        Entries that are not finite real numbers, a row of zeros or of another shape, and a parameter outside its bounds
         are refused (`JointError`).
         """
         for name in rows:
@@ -193,7 +193,7 @@ class Joint(ABC):
             parameter.check(self)
 
     def _listed(self, name: str) -> tuple[float, ...]:
-        """The list of a field, for which one number is a list of one."""
+        """List of numbers of a field; a single number is a list of one."""
         what = f'joint "{self.name}": {name}'
         values = np.atleast_1d(check_array(getattr(self, name), what, JointError))
         if values.ndim != 1 or not values.size:
@@ -203,17 +203,17 @@ class Joint(ABC):
     @property
     @abstractmethod
     def directions(self) -> Rows:
-        """Rows along which it acts, shape (d, r) [-]."""
+        """Rows along which the joint acts, shape (d, r) [-]."""
 
     @property
     @abstractmethod
     def n_slider(self) -> int:
-        """Numbers that it remembers from one instant to the next: sliders, or other variables of state [-]."""
+        """Number of state variables: sliders, or others [-]."""
 
     @property
     @abstractmethod
     def stuck_stiffness(self) -> tuple[float, ...]:
-        """Stiffness of each direction while it sticks and is closed; 0 for what is weak at rest, shape (d,) [N/m]."""
+        """Stiffness of each direction while stuck and closed; 0 for a joint without one at rest, shape (d,) [N/m]."""
 
     @abstractmethod
     def spring_energy(
@@ -224,67 +224,67 @@ class Joint(ABC):
         Parameters
         ----------
         parameters
-            Values by name; along a branch over a parameter they are not the joint's own.
+            Values by name; along a branch over a parameter they differ from those of the joint.
         displacement
-            Of each direction, shape (d, n) [m].
+            Displacement of each direction, shape (d, n) [m].
         force
-            Of each direction without its mean, shape (d, n) [N].
+            Force of each direction without its mean, shape (d, n) [N].
         slider
-            What it remembers, shape (s, n).
+            State variables, shape (s, n).
         """
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
-        """In the order in which its force reads them; each number of a list has a name of its own."""
+        """Names of the parameters in the order in which the force reads them; each number of a list has a name."""
         return tuple(name for parameter in self.parameters for name in parameter.names(self))
 
     @property
     def parameter_values(self) -> tuple[float, ...]:
-        """The same."""
+        """Values of the parameters, in the order of `parameter_names`."""
         return tuple(value for parameter in self.parameters for value in parameter.values(self))
 
     @property
     def force_law(self) -> str:
-        """Name of the compiled force: one data class may have several."""
+        """Name of the compiled force; a class may have several."""
         return self.kind
 
     @property
     def reference_stiffness(self) -> tuple[float, ...]:
-        """Stiffness of each direction in the linear structure of the balance, D of eq. 12, shape (d,) [N/m]."""
+        """Stiffness of each direction in the linear part of the harmonic balance, D of eq. 12, shape (d,) [N/m]."""
         return self.stuck_stiffness
 
     @property
     def stuck_force(self) -> tuple[float, ...]:
-        """Force of each direction at u = 0 while it sticks and is closed, shape (d,) [N]."""
+        """Force of each direction at u = 0 while stuck and closed, shape (d,) [N]."""
         return (0.0,) * len(self.stuck_stiffness)
 
     @property
     def normal_direction(self) -> int | None:
-        """Number of the direction in which it is pressed, none for a law without one."""
+        """Number of the normal direction, None for a law without a normal."""
         return None
 
     @property
     def open_at_rest(self) -> bool:
-        """Nothing presses it at u = 0, so that nothing sticks."""
+        """Whether the normal force is zero at u = 0, so that nothing sticks."""
         return False
 
     @property
     def slider_intervals(self) -> tuple[SliderInterval, ...] | str:
-        """Where each slider sticks, or why that is no interval, as the end of a sentence with its remedy."""
+        """Sticking interval of each slider, or the reason why there is none, as the end of a sentence with remedy."""
         return "has none: remove it, or use another law" if self.n_slider else ()
 
     def exported(self, program: str) -> "Joint":
-        """The joint for export to other programs, as joints that these have.
+        """Equivalent joint that exists in other programs, for export.
 
         Parameters
         ----------
         program
-            For messages, such as "NLvib".
+            Name of the program for messages, such as "NLvib".
 
         Raises
         ------
         ExchangeError
-            They have no such law.
+            Other programs do not have this law.
         """
         if self.nlvib is not None:
             return self
@@ -294,18 +294,18 @@ class Joint(ABC):
         )
 
     def pyharm(self, scale: float) -> Mapping[str, Any]:
-        """Entries of its connector in pyHarm, for u = scale times the displacement there.
+        """Entries of the connector in pyHarm, for u = scale times the displacement in pyHarm.
 
         Raises
         ------
         ExchangeError
-            pyHarm has no such law.
+            pyHarm does not have this law.
         """
         del scale
         raise ExchangeError(f'joint "{self.name}" has no counterpart in pyHarm: remove it')
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
-        """The joint with other values of some fields, or of some numbers of lists, such as "limit_force[0]"."""
+        """Joint with other values of some fields, or of some numbers of lists, such as "limit_force[0]"."""
         changed = dict(values)
         for parameter in self.parameters:
             if parameter.is_list and parameter.name not in changed:
@@ -317,7 +317,7 @@ class Joint(ABC):
 
     @classmethod
     def build(cls, name: str, rows: Mapping[str, Row], values: Mapping[str, Any]) -> Self:
-        """A joint from what a case file gives: rows by the names of `places`, values by parameter or option."""
+        """Joint from the entries of a case file: rows by the names of `places`, values by parameter or option."""
         return cls(name=name, **rows, **values)  # type: ignore[call-arg]
 
     @classmethod
@@ -334,19 +334,19 @@ class Joint(ABC):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DirectedJoint(Joint):
-    """A joint along one row; its parameters are checked against their bounds.
+    """Joint along one row; its parameters are checked against their bounds.
 
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
 
     Raises
     ------
     JointError
-        A row that is not one, or a parameter that is not finite or outside its bounds.
+        An invalid row, or a parameter that is not finite or outside its bounds.
     """
 
     name: str
@@ -357,7 +357,7 @@ class DirectedJoint(Joint):
 
     @property
     def directions(self) -> Rows:
-        """The direction, shape (1, r) [-]."""
+        """Row of u, shape (1, r) [-]."""
         return self.direction[None, :]
 
 

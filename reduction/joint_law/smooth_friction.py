@@ -1,4 +1,4 @@
-"""Coulomb's friction with a smooth step: what programs without sliders take for it."""
+"""Coulomb friction with a smooth step, as used in programs without sliders."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,18 +11,18 @@ from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samp
 class SmoothFriction(DirectedJoint):
     """f = limit_force tanh(du/dt / velocity).
 
-    It creeps under any force, so that it never sticks: use it to compare with programs that have no other friction.
+    It creeps under any force and never sticks: use it to compare with programs that have no other friction.
 
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     limit_force
-        [N], not negative.
+        Limit force, not negative [N].
     velocity
-        At which the force is 76 % of its limit [m/s].
+        Velocity at which the force is 76 % of its limit [m/s].
 
     Raises
     ------

@@ -9,29 +9,29 @@ from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samp
 @LAWS.register
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StructuralDamper(DirectedJoint):
-    r"""Force of a complex stiffness, whose loss factor is a power of the amplitude, without its spring.
+    r"""Damping force of a complex stiffness whose loss factor is a power of the amplitude, without the spring force.
 
     .. math:: f = \frac{\pi (p + 2)}{4}\, \eta k\, |u| \left| \frac{u}{r} \right|^p \tanh\frac{\dot u}{v}
 
-    Under u = A cos(Omega t) with A Omega far above v, it takes the work of the complex stiffness
-    k (1 + i eta (A / r)^p), whatever the frequency. Unlike that, it is a force in time.
+    Under u = A cos(Omega t) with A Omega far above v, it dissipates the work of the complex stiffness
+    k (1 + i eta (A / r)^p), independently of the frequency. Unlike a complex stiffness, it is a force in time.
 
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     stiffness
-        k of the spring that the loss factor belongs to [N/m]; the spring itself is in the structure.
+        Stiffness k of the damped spring [N/m]; the spring is part of the structure.
     loss_factor
-        eta, at the amplitude `reference` [-].
+        Loss factor eta at the amplitude `reference` [-].
     reference
-        r [m].
+        Reference amplitude r [m].
     exponent
-        p of the amplitude in the loss factor, 0 for one that does not depend on it [-].
+        Exponent p of the amplitude in the loss factor, 0 for a constant loss factor [-].
     velocity
-        v, at which the force is 76 % of that of fast motion [m/s].
+        Velocity v at which the force is 76 % of that of fast motion [m/s].
 
     Raises
     ------
@@ -71,4 +71,4 @@ class StructuralDamper(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> None:
-        """It stores none."""
+        """Zero: this law stores no energy."""

@@ -1,11 +1,11 @@
-r"""The hysteresis of Valanis, as Gaul and Lenz write it for bolted joints.
+r"""Hysteresis of Valanis, in the form of Gaul and Lenz for bolted joints.
 
 .. math:: \dot f = \frac{E_0 \dot u \left[1 + \frac{\lambda}{E_0} \operatorname{sgn}(\dot u) (E_t u - f)\right]}
           {1 + \kappa \frac{\lambda}{E_0} \operatorname{sgn}(\dot u) (E_t u - f)}, \qquad
           \lambda = \frac{E_0 (E_0 - E_t)}{F (E_0 - \kappa E_t)}
 
-Here :math:`E_0 = k`, :math:`E_t = k_s`, and :math:`F` is the force at large motions beyond :math:`k_s u`; the force at
-which both lines meet is :math:`\sigma_0 = F / (1 - k_s / k)`.
+Here :math:`E_0 = k`, :math:`E_t = k_s`, and :math:`F` is the force beyond :math:`k_s u` at large motions; the force at
+which both asymptotes meet is :math:`\sigma_0 = F / (1 - k_s / k)`.
 
 References
 ----------
@@ -27,14 +27,14 @@ class ValanisJoint(HystereticJoint):
     Parameters
     ----------
     name, direction, tangential_stiffness, limit_force, slip_stiffness
-        As of `HystereticJoint`: k, F and k_s.
+        As in `HystereticJoint`: k, F and k_s.
     kappa
-        From 0 to below 1: the larger, the sharper the knee and the less micro-slip before it [-].
+        Parameter kappa, from 0 to below 1: a larger value gives a sharper knee with less micro-slip before it [-].
 
     Raises
     ------
     JointError
-        A kappa outside 0 to 1, or what `HystereticJoint` refuses.
+        A kappa outside 0 to 1, or as in `HystereticJoint`.
     """
 
     kind = "valanis"

@@ -1,4 +1,4 @@
-"""A linear dashpot between two rows."""
+"""Linear dashpot along one row."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ class ViscousDamper(DirectedJoint):
     Parameters
     ----------
     name
-        What messages and results call it.
+        Name in messages and results.
     direction
         Row of u, shape (r,) [-].
     damping
-        [N s/m], not negative.
+        Damping coefficient, not negative [N s/m].
 
     Raises
     ------

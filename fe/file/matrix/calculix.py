@@ -1,4 +1,4 @@
-"""Matrices that CalculiX writes for ``*FREQUENCY, SOLVER=MATRIXSTORAGE``: one triangle, an entry in each line."""
+"""Matrices that CalculiX writes for ``*FREQUENCY, SOLVER=MATRIXSTORAGE``: one triangle, one entry per line."""
 
 import warnings
 from collections.abc import Mapping
@@ -20,15 +20,15 @@ def read_calculix(path: Path) -> Mapping[str, FileMatrix]:
     Raises
     ------
     MatrixFileError
-        A line that is none, or an empty file.
+        A line that cannot be read, or an empty file.
     """
     refuse_truncated_number(path)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # of NumPy, of an empty file, which is refused below
+            warnings.simplefilter("ignore", UserWarning)  # of NumPy, for an empty file, which is refused below
             table = np.loadtxt(path, dtype=np.float64, ndmin=2)
         place = table[:, :2]
-        # Read as real numbers: what is no row is nan, 1.7, 0 or too large.
+        # Rows and columns are read as real numbers: an invalid one is nan, 1.7, 0 or too large.
         if table.shape[1] != 3 or not ((place % 1 == 0) & (place >= 1) & (place <= LARGEST_LABEL)).all():
             raise ValueError
         rows, columns = place.T.astype(np.int64) - 1

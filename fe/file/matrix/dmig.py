@@ -1,4 +1,4 @@
-"""Matrices on DMIG cards, as Nastran punches them: each column names its grid point and component.
+"""Matrices on DMIG cards of Nastran punch files: each column names its grid point and component.
 
 Fields are 8 characters wide, 16 on cards with an asterisk, or separated by commas::
 
@@ -37,19 +37,19 @@ Dof = tuple[int, int]
 
 @dataclass
 class _Cards:
-    """One matrix while its cards are read."""
+    """Form and entries of a matrix, collected from its cards."""
 
     form: int
     entries: dict[tuple[Dof, Dof], float] = field(default_factory=dict)
 
 
 def read_dmig(path: Path) -> Mapping[str, FileMatrix]:
-    """Read all square real matrices of a file, by name, on the degrees of freedom that they name.
+    """Read all square real matrices of a file, by name, on the degrees of freedom that their cards name.
 
     Raises
     ------
     MatrixFileError
-        A file without such cards, a complex or rectangular matrix, or a card that cannot be read.
+        A file without DMIG cards, a complex or rectangular matrix, or a card that cannot be read.
     """
     result: dict[str, _Cards] = {}
     for number, fields in _read_cards(path):
@@ -102,7 +102,7 @@ def _make_matrix(cards: _Cards) -> FileMatrix:
     place = {dof: number for number, dof in enumerate(dofs)}
     entries = cards.entries
     if cards.form == _SYMMETRIC:
-        # Either half of each pair may be the one that was written.
+        # Either of the two entries of a pair may have been written.
         entries = {(column, row): value for (row, column), value in entries.items()} | entries
     rows = [place[row] for row, _ in entries]
     cols = [place[column] for _, column in entries]
@@ -144,7 +144,7 @@ def _read_cards(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 
 def _split_fields(text: str) -> list[str]:
-    """Data fields of one line: eight of the usual width, four of the double one."""
+    """Data fields of one line: eight of the usual width, or four of double width."""
     if "," in text:
         wide = "*" in text.partition(",")[0]
         fields = [item.strip() for item in text.split(",")][1:]

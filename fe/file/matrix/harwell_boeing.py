@@ -1,8 +1,9 @@
-"""Sparse matrices in Harwell-Boeing and Rutherford-Boeing files, as ANSYS' HBMAT writes them.
+"""Sparse matrices in Harwell-Boeing and Rutherford-Boeing files, such as those of ANSYS' HBMAT.
 
-Four lines say what follows: sizes of the blocks in lines, type (``RSA`` is real, symmetric, assembled), rows, columns
-and entries, and the Fortran formats; a fifth one if there are right-hand sides. Then come the columns' starts, the rows
-and the values, in columns of fixed width. A symmetric matrix stores one triangle.
+A heading of four lines gives the number of lines of each block, the type (``RSA`` is real, symmetric, assembled), the
+numbers of rows, columns and entries, and the Fortran formats; a fifth line follows if there are right-hand sides. Then
+come the starts of the columns, the rows and the values, in columns of fixed width. A symmetric matrix stores one
+triangle.
 
 References
 ----------
@@ -32,7 +33,7 @@ _FORMAT = re.compile(r"\(\s*(?:\d*P\s*,?)?\s*\d*\s*[IEDFG]\s*(\d+)", re.IGNORECA
 
 
 def read_harwell_boeing(path: Path) -> Mapping[str, FileMatrix]:
-    """Read a real assembled matrix; both halves of a symmetric one are filled.
+    """Read a real assembled matrix; both triangles of a symmetric matrix are filled.
 
     Raises
     ------
@@ -84,7 +85,7 @@ def read_harwell_boeing(path: Path) -> Mapping[str, FileMatrix]:
 
 
 def _split_entries(lines: list[str], width: int, count: int) -> list[str]:
-    """Entries of a block: what blanks part, since SciPy writes other widths than it announces, else by width."""
+    """Entries of a block: split at blanks if that gives `count` (SciPy announces wrong widths), else by width."""
     parted = " ".join(lines).split()
     return parted if len(parted) == count else columns(lines, width)
 

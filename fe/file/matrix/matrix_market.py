@@ -1,15 +1,16 @@
-"""MatrixMarket files, as SciPy and ANSYS' ``*EXPORT,name,MMF`` write them.
+"""MatrixMarket files of SciPy and ANSYS (``*EXPORT,name,MMF``).
 
-A heading names the layout, the numbers and the symmetry; comments follow, a line of sizes, and a line for each entry::
+The heading names the layout, the type of numbers and the symmetry; then come comments, a line of sizes, and a line for
+each entry::
 
     %%MatrixMarket matrix coordinate real symmetric
     3 3 4
     1 1 2.0
     ...
 
-``coordinate`` gives row, column and value of each entry, ``array`` the values of all columns one below the other. A
-symmetric matrix stores its lower triangle. They are read here because SciPy's reader takes missing values of an array
-for zeros, adds the halves of a symmetric matrix that stores both, and ends the program on some damaged numbers.
+``coordinate`` lists row, column and value of each entry, ``array`` the values of all columns one below the other. A
+symmetric matrix stores its lower triangle. SciPy's reader is not used because it reads missing values of an array as
+zeros, adds the triangles of a symmetric matrix that stores both, and ends the program on some damaged numbers.
 
 References
 ----------
@@ -32,9 +33,9 @@ from fe.file.matrix_content import FileMatrix, fill_both_triangles, refuse_size,
 from fe.file.registry import FileFormat
 
 _BANNER = b"%%matrixmarket"
-#: Numbers and symmetries that a stiffness or a mass may have.
+#: Types of numbers and symmetries that are accepted for a stiffness or mass.
 _FIELDS, _SYMMETRIES = {"real", "double", "integer"}, {"general", "symmetric"}
-#: Bytes of a heading, which has five words.
+#: Largest number of bytes of a heading, which has five words.
 _HEADING = 1024
 
 
@@ -44,7 +45,7 @@ def read_matrix_market(path: Path) -> Mapping[str, FileMatrix]:
     Raises
     ------
     MatrixFileError
-        A complex matrix, places without values, or a file that is damaged or of another kind.
+        A complex matrix, entries without values, or a file that is damaged or of another kind.
     """
     try:
         refuse_truncated_number(path)
@@ -94,7 +95,7 @@ def _read_sizes(path: Path, stream: BinaryIO, count: int) -> list[int]:
 def _read_numbers(path: Path, stream: BinaryIO, columns: int) -> Float[NDArray[np.float64], "line column"]:
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # of NumPy, where no line is left
+            warnings.simplefilter("ignore", UserWarning)  # of NumPy, for no lines of numbers
             table = np.loadtxt(stream, dtype=np.float64, comments="%", ndmin=2)
     except ValueError as error:
         raise _make_damage_error(path, " ".join(str(error).split())) from None

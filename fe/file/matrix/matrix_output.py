@@ -25,27 +25,29 @@ from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix, refuse_truncated_number
 from fe.file.registry import FileFormat
 
-#: Abaqus holds what ``*BOUNDARY`` fixes by 1e36 on the diagonal; no stiffness of a structure is as large as this.
+#: Smallest diagonal entry of a degree of freedom that ``*BOUNDARY`` fixes: Abaqus writes 1e36, and no stiffness of a
+#: structure reaches this value.
 HELD = 1e30
 _ENTRY = re.compile(rb"^[ \t]*\d+[ \t]*,[ \t]*\d+[ \t]*,[ \t]*\d+[ \t]*,[ \t]*\d+[ \t]*,[^,\n]+$", re.MULTILINE)
 
 
 def read_matrix_output(path: Path) -> Mapping[str, FileMatrix]:
-    """Read one symmetric matrix, on the degrees of freedom that it names.
+    """Read one symmetric matrix on the degrees of freedom that the file names.
 
     Raises
     ------
     MatrixFileError
-        A line that is none, an entry that is there twice, other degrees of freedom than displacements and rotations, or
-        one that a boundary condition holds.
+        A line that cannot be read, a repeated entry, a degree of freedom other than displacements and rotations, or a
+        degree of freedom that a boundary condition fixes.
     """
     refuse_truncated_number(path)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # of NumPy, of an empty file, which is refused below
+            warnings.simplefilter("ignore", UserWarning)  # of NumPy, for an empty file, which is refused below
             table = np.loadtxt(path, dtype=np.float64, delimiter=",", comments="*", ndmin=2)
         places = table[:, :4]
-        # Read as real numbers: what is no label is nan, 1.7 or too large; nodes within elements are negative.
+        # Labels are read as real numbers: an invalid one is nan, 1.7 or too large; internal nodes of elements are
+        # negative.
         if table.shape[1] != 5 or not ((places % 1 == 0) & (places >= 1) & (places <= LARGEST_LABEL)).all():
             raise ValueError
         first, first_dof, second, second_dof = places.T.astype(np.int64)
@@ -69,7 +71,7 @@ def read_matrix_output(path: Path) -> Mapping[str, FileMatrix]:
     place, mirrored = rows * len(keys) + columns, columns * len(keys) + rows
     if len(np.unique(place)) < len(place):
         raise MatrixFileError(f'"{path}" gives an entry twice: write it again')
-    # Its triangle is that of the order of the nodes in Abaqus, which need not be that of their numbers.
+    # The stored triangle follows Abaqus' order of nodes, which may differ from the order of their labels.
     alone = ~np.isin(mirrored, place)
     entries = np.concatenate([table[:, 4], table[alone, 4]])
     both = (np.concatenate([rows, columns[alone]]), np.concatenate([columns, rows[alone]]))

@@ -1,13 +1,13 @@
 """Matrices in Nastran OUTPUT4 files, text or binary, column by column.
 
-Each matrix has a heading (columns, rows, form, type, name), then records of one column each: column, first row and
-words, and the values. A first row of 0 means strings of non-zeros, each with a heading of its own: length and row
-("bigmat", rows given as negative), or both packed into one number, 65536 (length + 1) + row. A record beyond the last
-column ends the matrix.
+Each matrix has a heading (columns, rows, form, type, name), then one record per column: column, first row, number of
+words, and the values. A first row of 0 means strings of non-zeros. Each string has a heading: length and row
+("bigmat", with a negative number of rows), or both packed into one number, 65536 (length + 1) + row. A record beyond
+the last column ends the matrix.
 
 References
 ----------
-MSC Nastran Quick Reference Guide, OUTPUT4; DMAP Programmer's Guide, the same.
+MSC Nastran Quick Reference Guide, OUTPUT4; DMAP Programmer's Guide, OUTPUT4.
 """
 
 import re
@@ -26,11 +26,11 @@ from fe.file.registry import FileFormat
 _PACKED = 65536
 _SYMMETRIC = 6
 _HEADING = 24  # bytes
-#: Bytes of a value by type; the others are complex.
+#: Bytes of a value by real type; the other types are complex.
 _REAL = {1: 4, 2: 8}
 _WIDTH = re.compile(r"[ED](\d+)\.", re.IGNORECASE)
 
-#: Row, column, values of a string of consecutive rows.
+#: First row, column, and values of a string of consecutive rows.
 String = tuple[int, int, np.ndarray]
 
 
@@ -96,10 +96,10 @@ def _read_text(path: Path, lines: list[str]) -> Iterator[tuple[str, sp.csr_array
             else:
                 row = numbers[0] % _PACKED - 1
             if column >= heading[0]:
-                at += 1  # its only value stands for nothing
+                at += 1  # the only value of the end record has no meaning
                 break
             begin = at
-            # A heading holds whole numbers alone, each value a decimal point.
+            # Headings contain whole numbers only; each value has a decimal point.
             while at < len(lines) and "." in lines[at]:
                 at += 1
             if at > begin:
@@ -141,7 +141,7 @@ def _read_binary(path: Path, raw: bytes) -> Iterator[tuple[str, sp.csr_array]]:
 
 
 def _split_records(raw: bytes, order: str) -> Iterator[bytes]:
-    """Contents of Fortran's records, whose length stands before and behind them."""
+    """Contents of Fortran records; the length of each is stored before and after it."""
     at = 0
     while at < len(raw):
         (length,) = struct.unpack(f"{order}i", raw[at : at + 4])

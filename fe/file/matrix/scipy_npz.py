@@ -12,7 +12,7 @@ from fe.file.matrix_content import FileMatrix, check_real_matrix
 from fe.file.npz_archive import read_npz, read_npz_headings
 from fe.file.registry import FileFormat
 
-#: A matrix has at least one stored number for so many of its rows.
+#: Largest number of rows per stored number of a matrix.
 _ROWS_PER_NUMBER = 8
 
 
@@ -31,10 +31,10 @@ def read_scipy_npz(path: Path) -> Mapping[str, FileMatrix]:
             raise MatrixFileError(f'"{path}" announces {max(rows)} rows or columns, but holds {held} numbers')
         matrix = sp.load_npz(path)
         if hasattr(matrix, "check_format"):
-            matrix.check_format(full_check=True)  # compiled code trusts indices
+            matrix.check_format(full_check=True)  # compiled code does not check indices
     except MatrixFileError:
         raise
-    except Exception:  # a dozen kinds, depending on which byte is damaged
+    except Exception:  # many kinds of error, depending on the damaged byte
         raise MatrixFileError(f'"{path}" is not a sparse matrix: write it with scipy.sparse.save_npz') from None
     return {"": check_real_matrix(path, matrix)}
 

@@ -1,7 +1,7 @@
 """Read the mesh of an Abaqus or CalculiX input deck: nodes, elements, sets and element surfaces.
 
-Written here because meshio's reader drops the data behind a comment line, loses members of an element set that spans
-several `*ELEMENT` blocks, and knows no `*SURFACE`. Materials are read apart; steps and supports are not.
+Written here because meshio's reader drops the data after a comment line, loses members of an element set that spans
+several `*ELEMENT` blocks, and cannot read `*SURFACE`. Materials are read separately; steps and supports are not read.
 """
 
 import re
@@ -25,8 +25,8 @@ from fe.mesh import Mesh
 
 #: Labels of faces, in the order of their numbers.
 LABELS = ("S1", "S2", "S3", "S4", "S5", "S6")
-#: Cell type and number of nodes by the pattern of an element type that is no element here: solids are refused by their
-#: name, surfaces and lines carry sets.
+#: Pattern, cell type and number of nodes of element types that `ELEMENTS` lacks: solids are refused by their name,
+#: surfaces and lines define sets.
 OTHER_TYPES = (
     (r"C3D27[A-Z]*", "hexahedron27", 27),
     (r"C3D4[A-Z]*", "tetra", 4),
@@ -41,15 +41,15 @@ OTHER_TYPES = (
     (r"(S|CPS|CPE|CAX|M3D|SFM3D)6[A-Z]*|STRI65", "triangle6", 6),
     (r"(S|CPS|CPE|CAX|M3D|SFM3D)8[A-Z0-9]*", "quad8", 8),
 )
-#: Keywords that make or move nodes and elements by rule: skipping them would lose parts of the mesh in silence.
+#: Keywords that generate or move nodes and elements by a rule: skipping them would silently lose parts of the mesh.
 GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM")
-#: Keywords of what joins, stiffens or loads with mass, and is not read.
+#: Keywords that join elements or add stiffness or mass; they are not read.
 LEFT_OUT = (
     "TIE", "EQUATION", "MPC", "RIGID BODY", "COUPLING", "KINEMATIC COUPLING", "DISTRIBUTING COUPLING",
     "EMBEDDED ELEMENT", "FASTENER", "PRE-TENSION SECTION", "CYCLIC SYMMETRY MODEL", "NONSTRUCTURAL MASS",
     "BEAM SECTION", "BEAM GENERAL SECTION",
 )  # fmt: skip
-#: Members of a set in one line: more than any machine meshes.
+#: Largest number of set members that one line may generate; more than any mesh has.
 MOST_GENERATED = 20_000_000
 FLATTEN = 'write the deck "flat", without parts and instances, from the program that made it'
 
@@ -59,7 +59,7 @@ SetParts = dict[str, list[NDArray[np.int64]]]
 
 @dataclass(kw_only=True)
 class _Sets:
-    """Members of each set; names are kept as first spelt and found in any case, as those programs do."""
+    """Members of each set; names keep their first spelling and are not case-sensitive, as in Abaqus and CalculiX."""
 
     nodes: SetParts = field(default_factory=dict)
     cells: SetParts = field(default_factory=dict)
@@ -90,12 +90,12 @@ class _Deck:
 
     @property
     def is_above_parts(self) -> bool:
-        """Whether names and numbers are those of the assembly: they are apart from those of its part."""
+        """Whether the current block belongs to the assembly, whose names and labels are separate from the part's."""
         return self.is_in_assembly and not self.is_in_instance
 
     @property
     def sets(self) -> _Sets:
-        """Sets of the part or of the assembly, whichever is read; a flat deck is a part."""
+        """Sets of the part or of the assembly, whichever is being read; a flat deck is a part."""
         return self.assembly if self.is_above_parts else self.part
 
     def damaged(self, reason: str) -> MeshError:
@@ -105,7 +105,7 @@ class _Deck:
 def read_inp(path: Path) -> FileMesh:
     """Read nodes, elements, `*NSET`, `*ELSET` and `*SURFACE` of a deck of one part, with its includes.
 
-    A set of the part that has the name of one of the assembly is called "INSTANCE.NAME", as Abaqus calls it.
+    If the part and the assembly have sets of the same name, the part's set is called "INSTANCE.NAME", as in Abaqus.
 
     Raises
     ------
@@ -138,18 +138,18 @@ def read_inp(path: Path) -> FileMesh:
 
 
 def write_inp(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.float64], "node ..."]]) -> None:
-    """Write nodes, elements and sets, as `fe.file.calculix_deck.format_mesh` does; a deck carries no fields.
+    """Write nodes, elements and sets, as `fe.file.calculix_deck.format_mesh` does; a deck cannot store fields.
 
     Raises
     ------
     MeshError
-        A field, or a set name that a deck cannot carry.
+        A field, or a set name that a deck cannot store.
     """
     if point_data:
         raise MeshError(
             f'an .inp file carries no fields, so "{next(iter(point_data))}" would be lost: write {path.stem}.vtu'
         )
-    # The text is complete before the file is touched: a set name that is refused leaves nothing behind.
+    # The text is complete before the file is opened: an error in a set name leaves no incomplete file.
     text = "".join(format_mesh(mesh))
     path.write_text(text, encoding="ascii")
 
@@ -160,7 +160,7 @@ def read_inp_materials(path: Path) -> tuple[FileMaterial, ...]:
     Raises
     ------
     MeshError
-        A line that is no number.
+        A line without the required numbers.
     """
     deck, result, used, current = _Deck(path=path), dict[str, FileMaterial](), set[str](), ""
     for block in read_keyword_blocks(path):
@@ -228,7 +228,7 @@ def _read_nodes(deck: _Deck, block: KeywordBlock) -> None:
 
 def _read_elements(deck: _Deck, block: KeywordBlock) -> None:
     name = block.parameters.get("TYPE", "").upper()
-    # Letters behind the number (R, H, I, T) change how those programs integrate the element, not its nodes.
+    # Letters after the number (R, H, I, T) change the integration of the element, not its nodes.
     own = ((f"{element.abaqus}[A-Z]*", element.cell_type, element.n_node) for element in ELEMENTS.values())
     known = next(((t, n) for pattern, t, n in (*own, *OTHER_TYPES) if re.fullmatch(pattern, name)), None)
     if known is None:
@@ -249,7 +249,7 @@ def _set(deck: _Deck, block: KeywordBlock) -> None:
     kind = "nodes" if block.keyword == "NSET" else "cells"
     members = _open_set(deck, kind, block.parameters.get(block.keyword, ""), block.keyword)
     if deck.is_above_parts and "INSTANCE" not in block.parameters and any(e.isdigit() for e in block.entries()):
-        return  # of reference points
+        return  # a set of reference points
     if "GENERATE" in block.parameters:
         for line in block.lines:
             first, last, step = ([*(int(entry) for entry in line.rstrip(",").split(",")), 1])[:3]
@@ -291,12 +291,12 @@ def _read_surface(deck: _Deck, block: KeywordBlock) -> None:
         if label.upper() not in LABELS:
             raise deck.damaged(f'surface "{name}" names the face "{label}", which is not one of S1 to S6')
         cells = [np.array([int(entry)])] if entry.isdigit() else _find_known_set(deck, "cells", entry)
-        # Which face that is depends on the type of the cell, so it is found when all cells are known.
+        # The local face depends on the type of the cell, so it is determined when all cells have been read.
         faces.extend(np.column_stack([part, np.full(len(part), LABELS.index(label.upper()))]) for part in cells)
 
 
 def _open_set(deck: _Deck, kind: str, name: str, keyword: str) -> list[NDArray[np.int64]]:
-    """Of a set by its name; a second one of the same name adds to the first, as in those programs."""
+    """Member list of a set by its name; a second definition adds to the first, as in Abaqus and CalculiX."""
     if not name:
         parameter = {"SURFACE": "NAME", "NODE": "NSET", "ELEMENT": "ELSET"}.get(keyword, keyword)
         raise deck.damaged(f"a set of *{keyword} has no name, so give it one: *{keyword}, {parameter}=NAME")
@@ -305,7 +305,7 @@ def _open_set(deck: _Deck, kind: str, name: str, keyword: str) -> list[NDArray[n
 
 
 def _find_known_set(deck: _Deck, kind: str, name: str) -> list[NDArray[np.int64]]:
-    """Members of a set of the part or the assembly that is read, or of the part that the assembly holds."""
+    """Members of a set of the part or assembly being read, or of the part in the assembly."""
     of_part = name.upper().removeprefix(f"{deck.instance}.".upper())
     for sets, wanted in ((deck.sets.select_kind(kind), name), (deck.part.select_kind(kind), of_part)):
         if (spelt := _find_spelling(sets, wanted)) is not None:
@@ -318,7 +318,7 @@ def _find_spelling(sets: SetParts, name: str) -> str | None:
 
 
 def _join_sets(deck: _Deck, kind: str) -> SetParts:
-    """Sets of the part and of its assembly, whose names may be the same by chance, as Abaqus/CAE gives them."""
+    """Sets of the part and of its assembly; both may have the same names, as in decks of Abaqus/CAE."""
     above = deck.assembly.select_kind(kind)
     part = deck.part.select_kind(kind)
     return {
@@ -327,7 +327,7 @@ def _join_sets(deck: _Deck, kind: str) -> SetParts:
 
 
 def _make_file_mesh(deck: _Deck) -> FileMesh:
-    """Replace the labels of the deck by counts from 0."""
+    """Content of the deck, with its labels replaced by indices from 0."""
     nodes = _Numbering(deck, "node", np.concatenate(deck.node_labels))
     cells = _Numbering(deck, "element", np.concatenate(deck.cell_labels))
     face_sets = {}
@@ -352,7 +352,7 @@ def _make_file_mesh(deck: _Deck) -> FileMesh:
 def _place_points(
     points: Float[NDArray[np.float64], "point 3"], placement: list[list[float]]
 ) -> Float[NDArray[np.float64], "point 3"]:
-    """Points of a part where its instance is: moved, then turned about an axis through two points by degrees."""
+    """Points of a part at its instance: moved, then rotated about the axis through two points by degrees."""
     if placement:
         points = points + placement[0]
     if len(placement) > 1:
@@ -367,7 +367,7 @@ def _place_points(
 def _find_labelled_faces(
     deck: _Deck, name: str, cells: Int[NDArray[np.int64], " k"], labels: Int[NDArray[np.int64], " k"]
 ) -> Int[NDArray[np.int64], "k 2"]:
-    """Cell and local face of each cell and place of a label in `LABELS`; other cells keep the place of the label."""
+    """Cell and local face from cell and index in `LABELS`; cells of types not in `ELEMENTS` keep the index."""
     block = np.searchsorted(np.cumsum([len(table) for _, table in deck.blocks]), cells, side="right")
     local = labels.copy()
     for number, (cell_type, _) in enumerate(deck.blocks):
@@ -384,7 +384,7 @@ def _find_labelled_faces(
 
 
 class _Numbering:
-    """Place of each label in the deck's own order."""
+    """Index of each label in the order of the deck."""
 
     def __init__(self, deck: _Deck, what: str, labels: Int[NDArray[np.int64], " n"]) -> None:
         self._deck, self._what = deck, what

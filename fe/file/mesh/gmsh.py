@@ -1,6 +1,6 @@
-"""Gmsh mesh files: read through meshio, written here as MSH 4.1 text with every set as a physical group.
+"""Gmsh mesh files: read with meshio, written as MSH 4.1 text with every set as a physical group.
 
-Written here because meshio allows one physical group a volume, while cell sets may overlap.
+The writer is not meshio's, because meshio allows one physical group per volume, while cell sets may overlap.
 """
 
 import contextlib
@@ -22,22 +22,22 @@ from fe.file.registry import FileFormat
 from fe.mesh import Mesh
 from geometry.trial_process import read_in_trial_process
 
-#: Gmsh's triangle or quadrangle by its number of nodes, and its point.
+#: Gmsh's element types: triangle or quadrangle by its number of nodes, and point.
 GMSH_FACES = {3: 2, 4: 3, 6: 9, 8: 16}
 GMSH_POINT = 15
 #: Versions of the format that are read.
 VERSIONS = ("4.1", "2.2", "2.1", "2")
-#: Largest number of a node or element in a file of any size: its tables then take less than a gigabyte.
+#: Largest node or element label that is allowed in a file of any size: meshio's tables then need less than a gigabyte.
 LARGEST_NUMBER = 100_000_000
-#: A whole number of nine digits or more among the first ones of a line.
+#: A whole number of nine digits or more among the first 31 numbers of a line.
 WHOLE_NUMBER = re.compile(rb"^[ \t]*(?:\d{1,8}[ \t]+){0,30}(\d{9,})\b", re.MULTILINE)
-#: What is read of a binary file in a second on any machine [byte/s], and the memory for each of its bytes [-].
+#: Reading speed of a binary file on a slow machine [byte/s], and memory per byte of the file [-].
 SPEED, MEMORY = 5e6, 50
 DIMENSION_NAMES = ("point", "curve", "surface", "volume")
 
 
 def read_msh(path: Path) -> FileMesh:
-    """Read cells and physical groups; a group without a name is called by its kind and number, such as "surface_3".
+    """Read cells and physical groups; a group without a name is named by its kind and number, such as "surface_3".
 
     Raises
     ------
@@ -60,7 +60,7 @@ def read_msh(path: Path) -> FileMesh:
     # MSH 2 keeps groups as one number per cell; in MSH 4 the same array holds groups that have no name.
     names = {(int(tag), int(dimension)): name for name, (tag, dimension) in result.field_data.items()}
     for tags, block, start in zip(result.cell_data.get("gmsh:physical", []), result.cells, starts, strict=False):
-        groups = np.abs(tags)  # of cells that a group holds reversed they are negative
+        groups = np.abs(tags)  # negative for reversed cells of a group
         for tag in np.unique(groups[groups > 0]).tolist():
             name = names.get((tag, block.dim), f"{DIMENSION_NAMES[block.dim]}_{tag}")
             if name not in named:
@@ -75,13 +75,13 @@ def read_msh(path: Path) -> FileMesh:
 def write_msh(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.float64], "node ..."]]) -> None:
     """Write MSH 4.1 text: cell sets as physical volumes, face sets as physical surfaces, node sets as physical points.
 
-    Cells are grouped by the sets they belong to, so that reading gives them in another order. A node set of the name of
-    a face set is left out where it says the same, for group names are shared by all dimensions.
+    Cells are grouped by the sets that they belong to, so a reader gets them in another order. A group name can be used
+    once only: a node set is left out if a face set of the same name has the same nodes.
 
     Raises
     ------
     MeshError
-        Sets of one name that say different things, or a name with a quote.
+        Different sets with the same name, or a name with a quote.
     """
     sets = {3: mesh.cell_sets, 2: mesh.face_sets, 0: _without_repeats(mesh)}
     sets = {dimension: {name: part for name, part in named.items() if len(part)} for dimension, named in sets.items()}
@@ -133,12 +133,12 @@ def write_msh(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
 
 @contextlib.contextmanager
 def _meshio_as_gmsh_writes() -> Iterator[None]:
-    """Let meshio read what Gmsh writes and meshio does not expect.
+    """Let meshio read two kinds of valid Gmsh files that it would refuse or misread.
 
-    Where only some entities belong to a physical group, as "Save all elements" writes it, its array of group numbers
-    lacks blocks and its mesh refuses that, though the named groups are complete. So the class of mesh it builds is
-    exchanged, while it reads, for one that leaves such an array out. An entity that a group holds reversed has the
-    number of the group with a minus, and meshio takes it for another group.
+    If only some entities belong to a physical group ("Save all elements"), meshio's array of group numbers lacks
+    blocks, and its mesh class refuses the array, although the named groups are complete. During reading, the mesh class
+    is therefore replaced by a function that leaves the array out. A reversed entity of a group has the negative number
+    of the group, which meshio reads as another group; the signs are removed.
     """
     from meshio.gmsh import _gmsh41
 
@@ -160,7 +160,7 @@ def _meshio_as_gmsh_writes() -> Iterator[None]:
 
 
 def _refuse_version(path: Path) -> None:
-    """MSH 4.0 has another order of entries than 4.1, and ANSYS uses the suffix for a format of its own."""
+    """Refuse MSH 4.0, whose entries are in another order than in 4.1, and the .msh format of ANSYS."""
     with path.open("rb") as file:
         first, second = file.readline(100).strip(), file.readline(100).split()
     if first != b"$MeshFormat" or not second:
@@ -171,7 +171,7 @@ def _refuse_version(path: Path) -> None:
 
 
 def _refuse_nonfinite_number(path: Path) -> None:
-    """Meshio takes memory for the largest label, and looks for as many blocks as are announced."""
+    """Refuse numbers too large for the file: meshio allocates for the largest label and all announced blocks."""
     with path.open("rb") as file:
         is_binary = file.readline(100) and file.readline(100).split()[1:2] == [b"1"]
     if is_binary:
@@ -190,7 +190,7 @@ def _refuse_nonfinite_number(path: Path) -> None:
 
 
 def _refuse_duplicate_names(path: Path) -> None:
-    """Of two groups of one name meshio keeps the last and says nothing."""
+    """Refuse two groups of the same name, of which meshio would silently keep the last."""
     text = path.read_bytes()
     block = text.partition(b"$PhysicalNames")[2].partition(b"$EndPhysicalNames")[0]
     result = re.findall(r'^\s*(\d+)\s+\d+\s+"([^"]*)"', block.decode("utf-8", "replace"), re.MULTILINE)

@@ -1,10 +1,10 @@
 """Nastran bulk data: grid points and elements, with sets from properties, SET1, SPC and SPC1 cards.
 
-Nastran gives numbers and no names. A property is called as a comment of Femap or HyperMesh calls it, else
-"property_7"; node sets are called "set_5" and "spc_5". Shells on faces of solid elements name these faces.
+Nastran has numbers instead of names. The name of a property comes from a comment of Femap or HyperMesh, else it is
+"property_7"; node sets are called "set_5" and "spc_5". Shells on faces of solid elements define face sets.
 
-Written here because meshio's reader passes over elements in fields of 16 characters, included files and all that joins
-or loads elements without a word, and does not know continuation lines whose blanks at the end were left out.
+Written here because meshio's reader silently skips elements in fields of 16 characters, included files, and everything
+that joins or loads elements, and cannot read continuation lines whose trailing blanks were removed.
 """
 
 import re
@@ -23,7 +23,7 @@ from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
 from fe.file.registry import FileFormat, FileMaterial
 
-#: Cell type without and with midside nodes, and the numbers of nodes.
+#: Cell type and number of nodes, without and with midside nodes.
 SOLIDS = {
     "CTETRA": (("tetra", 4), ("tetra10", 10)),
     "CPYRAM": (("pyramid", 5), ("pyramid13", 13)),
@@ -31,25 +31,26 @@ SOLIDS = {
     "CPENTA": (("wedge", 6), ("wedge15", 15)),
     "CHEXA": (("hexahedron", 8), ("hexahedron20", 20)),
 }
-#: Of surfaces and lines, which carry sets, the corners alone.
+#: Surfaces and lines, which define sets: only their corners are read.
 OTHERS = {
     **dict.fromkeys(("CTRIA3", "CTRIAR", "CTRIA6"), ("triangle", 3)),
     **dict.fromkeys(("CQUAD4", "CQUADR", "CQUAD8", "CSHEAR"), ("quad", 4)),
     **dict.fromkeys(("CBAR", "CBEAM", "CROD", "CTUBE", "CBUSH"), ("line", 2)),
 }
-#: Places of nodes in VTK's order, where it is another one: Nastran lists the edges between two ends before the second.
+#: Nastran's node places in VTK's order, where the two differ: Nastran lists the midside nodes of the edges between the
+#: two end faces before those of the second end face.
 ORDER = {
     "hexahedron20": [*range(12), 16, 17, 18, 19, 12, 13, 14, 15],
     "wedge15": [*range(9), 12, 13, 14, 9, 10, 11],
 }
-#: What joins, stiffens or loads with mass, and is not read.
+#: Cards that join elements or add stiffness or mass; they are not read.
 LEFT_OUT = re.compile(
     r"R(BE1|BE2|BE3|BAR1?|ROD|JOINT|TRPLT|SSCON|SPLINE)|MPC|MPCADD|CONM[12]|CMASS\d|NSML?1?|CELAS\d|CDAMP\d|CVISC|CGAP"
     r"|CBUSH(1D|2D)?|CFAST|CWELD|CSEAM|CBAR|CBEAM3?|CBEND|CROD|CONROD|CTUBE|GENEL|DMIG"
 )
 #: "$HMNAME PROP 7"clamp" 4" and "$ Femap Property 7 : clamp".
 NAMES = re.compile(r'^\$(?:HMNAME\s+PROP\s+(\d+)\s*"([^"]+)"|\s*Femap\b.*\bProperty\s+(\d+)\s*:\s*(.*\S))')
-#: Fields of a card that come before the members of a set, and what the set is called.
+#: Number of fields before the members of a set, and prefix of the set's name.
 SET_CARDS = {"SET1": (1, "set"), "SPC1": (2, "spc")}
 
 Indices = Int[NDArray[np.int64], " _"]
@@ -57,7 +58,7 @@ Indices = Int[NDArray[np.int64], " _"]
 
 @dataclass(kw_only=True)
 class _Cells:
-    """Elements of one type: their numbers, properties and nodes by label."""
+    """Elements of one type: their labels, properties and node labels."""
 
     label: list[int] = field(default_factory=list)
     property_: list[int] = field(default_factory=list)
@@ -80,7 +81,7 @@ def read_bdf(path: Path) -> FileMesh:
     Raises
     ------
     MeshError
-        A card that cannot be read, or grid points in coordinate systems of their own; the message names the remedy.
+        A card that cannot be read, or grid points in local coordinate systems; the message names the remedy.
     """
     model = _Model()
     for card in read_bulk_cards(path):
@@ -144,7 +145,7 @@ def _add_cell(model: _Model, card: BulkCard) -> None:
         linear, quadratic = SOLIDS[card.name]
         cell_type, n_node = linear if len(card.fields) <= 2 + linear[1] else quadratic
     nodes = [card.field(2 + k) for k in range(n_node)]
-    if "" in nodes and cell_type != "line":  # a spring may have one end on the ground
+    if "" in nodes and cell_type != "line":  # one end of a spring may be on the ground
         raise ValueError(f"{nodes.count('')} of {n_node} nodes are missing; give all midside nodes or none")
     cells = model.cells.setdefault(cell_type, _Cells())
     cells.label.append(number)
@@ -153,7 +154,7 @@ def _add_cell(model: _Model, card: BulkCard) -> None:
 
 
 def _number_nodes(path: Path, label: Indices, cell_type: str, cells: _Cells) -> Int[NDArray[np.int64], "_ _"]:
-    """Places of the nodes of cells among the grid points, in VTK's order."""
+    """Indices of the nodes of cells among the grid points, in VTK's order."""
     nodes = np.array(cells.nodes, dtype=np.int64)
     place = _place(label, nodes)
     if (place < 0).any():
@@ -166,7 +167,7 @@ def _number_nodes(path: Path, label: Indices, cell_type: str, cells: _Cells) -> 
 
 
 def _place(label: Indices, wanted: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Place of each label, -1 of one that is not there."""
+    """Index of each wanted label, -1 where it does not exist."""
     if not len(label):
         return np.full(wanted.shape, -1)
     order = np.argsort(label)
@@ -183,7 +184,7 @@ def _read_names(lines: list[str]) -> Iterator[tuple[int, str]]:
 
 
 def _read_node_sets(path: Path, cards: list[BulkCard], label: Indices) -> dict[str, Indices]:
-    """Members of SET1, SPC and SPC1 cards that are grid points; of a SET1 of elements there are none."""
+    """Members of SET1, SPC and SPC1 cards that are grid points; a SET1 of elements has none."""
     members: dict[str, list[int]] = {}
     for card in cards:
         try:
@@ -202,12 +203,12 @@ def _read_node_sets(path: Path, cards: list[BulkCard], label: Indices) -> dict[s
 
 
 def _list_numbers(fields: list[str], label: Indices) -> list[int]:
-    """Numbers, and those of "3 THRU 9" that are labels of grid points."""
+    """Numbers in the fields of a card; of a range "3 THRU 9" only the labels of grid points."""
     result: list[int] = []
     filled = [field for field in fields if field]
     for k, entry in enumerate(filled):
         if entry.upper() == "THRU":
-            # The last one follows as a number; few of a long range may be grid points.
+            # The end of the range follows as a number. A long range may contain few grid points.
             result.extend(label[(label > result[-1]) & (label < int(filled[k + 1]))].tolist())
         else:
             result.append(int(entry))
@@ -215,14 +216,14 @@ def _list_numbers(fields: list[str], label: Indices) -> list[int]:
 
 
 def read_bdf_materials(path: Path) -> tuple[FileMaterial, ...]:
-    """MAT1 cards of the PSOLID properties, or all of them if there is no such property.
+    """Materials of the PSOLID properties, or all materials if there is no PSOLID.
 
     Densities are multiplied by PARAM,WTMASS, as Nastran does.
 
     Raises
     ------
     MeshError
-        A field that is no number.
+        A field that is not a number.
     """
     result, used, unit_of_mass = dict[str, FileMaterial](), set[str](), 1.0
     for card in read_bulk_cards(path):

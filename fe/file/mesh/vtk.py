@@ -1,9 +1,9 @@
-"""VTK unstructured grids (.vtu) through meshio, with sets as integer arrays of documented names.
+"""VTK unstructured grids (.vtu), read and written with meshio; sets are integer arrays with documented names.
 
-A point array "node_set:NAME" holds the place of each node in the set, from 1, and 0 elsewhere; a cell array
+A point array "node_set:NAME" contains the place of each node in the set, from 1, and 0 for other nodes; a cell array
 "cell_set:NAME" does so for cells; a cell array "face_set:NAME" has bit k set where local face k (for hexahedra x-, x+,
-y-, y+, z-, z+) of that cell belongs to the set. ParaView shows them as ordinary arrays. A point array of another
-program with one value per point, each 0 or 1, such as "fixed", is a node set of its name as well.
+y-, y+, z-, z+) of the cell belongs to the set. ParaView shows them as ordinary arrays. A point array of another program
+with one value per point, each 0 or 1, such as "fixed", is read as a node set of its name.
 """
 
 from collections.abc import Mapping
@@ -22,19 +22,19 @@ from fe.file.registry import FileFormat
 from fe.mesh import Mesh
 
 NODE_SET, CELL_SET, FACE_SET = "node_set:", "cell_set:", "face_set:"
-#: Bits of the array of a face set: no cell has more faces than a hexahedron.
+#: Number of bits in the array of a face set: no cell has more faces than a hexahedron.
 N_FACE = 6
 
 
 def read_vtu(path: Path) -> FileMesh:
-    """Read cells, and the sets among the point and cell arrays.
+    """Read cells and sets; the sets are point and cell arrays.
 
     Raises
     ------
     MeshError
         The file cannot be read, or consists of several pieces.
     """
-    # meshio keeps only the cells of the last piece and says nothing.
+    # meshio silently keeps only the cells of the last piece.
     n_piece = path.read_bytes().count(b"<Piece")
     if n_piece > 1:
         raise MeshError(f"mesh file {path} consists of {n_piece} pieces: merge them into one and write it again")
@@ -69,7 +69,7 @@ def write_vtu(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
         cell_arrays[FACE_SET + name] = bits
     ends = np.cumsum([len(cells) for cells in mesh.cells.values()])[:-1]
     written = meshio.Mesh(
-        # Copies: meshio writes through views and refuses read-only arrays in places.
+        # Copies, because parts of meshio write into the arrays or refuse read-only ones.
         points=mesh.points.copy(),
         cells=[(cell_type, cells.copy()) for cell_type, cells in mesh.cells.items()],
         point_data=arrays,
@@ -83,7 +83,7 @@ def _select_kind(prefix: str, arrays: Mapping[str, NDArray[np.int64]]) -> list[t
 
 
 def _find_marked_points(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Int[NDArray[np.int64], " k"]]:
-    """Points at which an array of zeros and ones is one."""
+    """Node sets from arrays of zeros and ones: the points with value 1."""
     marks = {name: values for name, values in arrays.items() if not name.startswith(NODE_SET)}
     return {
         name: np.flatnonzero(values)
@@ -94,7 +94,7 @@ def _find_marked_points(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Int[NDA
 
 def _number_members(n: int, members: Int[NDArray[np.int64], " k"]) -> NDArray[np.int32]:
     places = np.zeros(n, dtype=np.int32)
-    # Backwards, so that a member named twice keeps its first place.
+    # In reverse order, so that a repeated member keeps its first place.
     places[members[::-1]] = np.arange(len(members), 0, -1)
     return places
 
