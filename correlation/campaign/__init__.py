@@ -1,1 +1,1 @@
-"""Measured campaigns: data types, the files they are read from and written to, units."""
+"""Measured campaigns: their data classes, reading and writing of their files, and units."""

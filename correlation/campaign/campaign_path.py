@@ -1,4 +1,4 @@
-"""Files of a campaign: names in a manifest lead to ordinary files in the folder of the campaign, and nowhere else."""
+"""Paths of the files of a campaign: only ordinary files in the folder of the campaign are accepted."""
 
 from pathlib import Path
 
@@ -6,18 +6,18 @@ from correlation.errors import CampaignError
 
 
 def find_file(folder: Path, name: str) -> Path:
-    """The file of a name, which may have folders within that of the campaign.
+    """Path of a file that the manifest names, possibly in a subfolder of the campaign.
 
     Raises
     ------
     CampaignError
-        There is none, it lies outside, by a link too, or it is no ordinary file.
+        The file does not exist, lies outside the folder (also by a link), or is not an ordinary file.
     """
     path = folder / name
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
         is_there, is_file = path.exists(), path.is_file()
-    except (OSError, RuntimeError, ValueError):  # a name too long, a circle of links, a zero in the name
+    except (OSError, RuntimeError, ValueError):  # too long a name, a loop of links, a null byte in the name
         raise CampaignError(f"{name!r} is not a file name: correct it in the manifest") from None
     if not inside:
         raise CampaignError(f'{name}: lies outside the folder "{folder}" of the campaign: copy it there')

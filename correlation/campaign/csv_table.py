@@ -1,4 +1,4 @@
-"""CSV with a header, commas between the fields and decimal points: columns of text become columns of numbers."""
+"""CSV files with a header, commas between the fields and decimal points: columns of text and of numbers."""
 
 import csv
 import io
@@ -15,7 +15,7 @@ from correlation.errors import CampaignError
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CsvTable:
-    """Columns of text, by their names, and the line of the file that each row stands on."""
+    """Columns of text by name, and the line number of each row in the file."""
 
     file: str
     columns: Mapping[str, Sequence[str]]
@@ -26,12 +26,12 @@ class CsvTable:
         return CampaignError(f"{self.file}:{self.lines[row]}: {text}")
 
     def numbers(self, name: str) -> Float[NDArray[np.float64], " k"]:
-        """A column of finite numbers, shape (k,).
+        """Values of a column of finite numbers, shape (k,).
 
         Raises
         ------
         CampaignError
-            A field that is none.
+            A field is not a finite number.
         """
         column = self.columns[name]
         try:
@@ -48,12 +48,12 @@ class CsvTable:
         return values
 
     def integers(self, name: str, *, least: int) -> Int[NDArray[np.int64], " k"]:
-        """A column of whole numbers that are not below the least one allowed, shape (k,).
+        """Values of a column of whole numbers from `least` on, shape (k,).
 
         Raises
         ------
         CampaignError
-            A field that is none.
+            A field is not such a number.
         """
         values = self.numbers(name)
         wrong = np.flatnonzero((values != np.round(values)) | (values < least) | (values > 2**53))
@@ -64,12 +64,13 @@ class CsvTable:
 
 
 def read_table(path: Path) -> CsvTable:
-    """Read a file; blank lines, a byte-order mark and blanks around fields do not matter.
+    """Read a CSV file; blank lines, a byte-order mark and blanks around fields are ignored.
 
     Raises
     ------
     CampaignError
-        It cannot be read, another separator or a decimal comma is used, a row has another number of fields.
+        The file cannot be read, it has another separator or decimal commas, or a row has another number of fields than
+        the header.
     """
     file = path.name
     if path.exists() and not path.is_file():

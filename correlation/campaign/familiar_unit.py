@@ -1,9 +1,9 @@
-"""The units that most files are written in, known without pint, which takes half a second to import and to set up."""
+"""Root units of the most common units without pint, which takes half a second to import and to set up."""
 
 import re
 from decimal import Decimal
 
-#: Factor to root units, and exponents of gram, meter, radian and second.
+#: Factor to root units, and exponents of gram, meter, radian and second, by the symbol of the unit.
 SYMBOLS: dict[str, tuple[str, tuple[int, int, int, int]]] = {
     "m": ("1", (0, 1, 0, 0)), "mm": ("1e-3", (0, 1, 0, 0)), "um": ("1e-6", (0, 1, 0, 0)), "µm": ("1e-6", (0, 1, 0, 0)),
     "kg": ("1e3", (1, 0, 0, 0)), "g": ("1", (1, 0, 0, 0)), "s": ("1", (0, 0, 0, 1)), "ms": ("1e-3", (0, 0, 0, 1)),
@@ -13,14 +13,14 @@ SYMBOLS: dict[str, tuple[str, tuple[int, int, int, int]]] = {
     "%": ("0.01", (0, 0, 0, 0)),
 }  # fmt: skip
 ROOTS = ("gram", "meter", "radian", "second")
-#: One symbol with its exponent, and what stands before it.
+#: One symbol with the operator before it and its exponent.
 FACTOR = re.compile(r"(^|(?<!^)[*/ ])([^\W\d_]+|%)(?:\^([1-9]))?")
 
 
 def find_familiar_root_units(unit: str) -> tuple[Decimal, tuple[tuple[str, float], ...]] | None:
-    """Factor to root units, and those units as sorted (name, exponent) pairs; None if pint has to read the unit."""
+    """Factor to root units, and the root units as sorted (name, exponent) pairs; None if pint has to read the unit."""
     factors = list(FACTOR.finditer(unit))
-    # After a slash, a product reads as more than one thing.
+    # A product after a slash is ambiguous: a/b*c.
     slashes = [match[1] == "/" for match in factors]
     if "".join(match[0] for match in factors) != unit or slashes != sorted(slashes):
         return None

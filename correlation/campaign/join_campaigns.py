@@ -1,4 +1,4 @@
-"""Further tests of a structure joined to its campaign."""
+"""Join a campaign with further tests of the same structure."""
 
 from dataclasses import fields, replace
 from typing import Any
@@ -10,22 +10,22 @@ from correlation.errors import CampaignError
 
 
 def join_campaigns(campaign: Campaign, further: Campaign) -> Campaign:
-    """A campaign with the tests of another one after its own.
+    """Append the tests of a further campaign to a campaign.
 
-    Repeats of the further tests are other repeats: they are numbered after those of the campaign. Levels that the
-    campaign holds out stay held out, and so do the repeats that either holds out.
+    The repeats of the further tests are numbered after those of the campaign. The levels that the first campaign holds
+    out and the repeats that either campaign holds out stay held out.
 
     Parameters
     ----------
     campaign
         Campaign.
     further
-        Further tests of the same structure under the same drive; sensors of equal names are the same ones.
+        Further tests of the same structure under the same drive; sensors of equal names are the same sensor.
 
     Raises
     ------
     CampaignError
-        Another drive, or a sensor that measures something else in both.
+        The drives differ, or sensors of one name measure different quantities or places.
     """
     if campaign.drive != further.drive:
         raise CampaignError(
@@ -70,7 +70,7 @@ def join_campaigns(campaign: Campaign, further: Campaign) -> Campaign:
 
 
 def _rename(test: Test, names: set[str]) -> Test:
-    """The test with a name of its own."""
+    """Number the name of a test if another test has it already."""
     name, count = test.name, 2
     while name in names:
         name, count = f"{test.name} {count}", count + 1

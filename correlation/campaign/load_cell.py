@@ -1,4 +1,4 @@
-"""``[[load_cells]]`` of a manifest: pairs of load cells behind a contact line become its tangential and normal force.
+"""``[[load_cells]]`` of a manifest: tangential and normal force of a contact line from a pair of load cells behind it.
 
 The rotation of the two forces is that of `reduction.load_cell` (eqs 1 and 2 of the paper); it holds for each harmonic
 and for the mean.
@@ -16,13 +16,13 @@ from correlation.errors import CampaignError
 from reduction.load_cell import compute_blade_contact, compute_decoupler_contact, contact_covariance, contact_jacobian
 
 SIDES = ("de-coupler", "blade")
-#: Columns of a table that tell one state from another.
+#: Columns of a table that identify a state and a harmonic.
 STATE = ("test", "order", "repeat", "sweep", "level", "frequency", "harmonic")
 
 
 @dataclass(frozen=True, kw_only=True)
 class LoadCellPair:
-    """Two load cells and the contact forces that follow.
+    """Pair of load cells, and the contact forces that are computed from it.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class LoadCellPair:
     taper, arm
         Taper theta of the contact line and angle alpha of the arms [rad].
     dead_weight
-        Weight that pulls the damper, for a line on the blade [N]; None for one on the de-coupler.
+        Weight that pulls the damper, for a line on the blade [N]; None for a line on the de-coupler.
     """
 
     cells: tuple[str, str]
@@ -45,23 +45,23 @@ class LoadCellPair:
 
 
 def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor], names: Collection[str] | None) -> LoadCellPair:
-    """One pair.
+    """Read one pair of load cells.
 
     Parameters
     ----------
     table
-        Its table.
+        Table of the pair.
     sensors
-        Sensors of the manifest without a mistake.
+        Sensors of the manifest that have no mistake.
     names
-        Names of all; None where one has no name, so that any name may be meant for it. What a sensor with a mistake
-        measures is not known.
+        Names of all sensors; None if a sensor has no name, since any unknown name may be that of this sensor. The
+        quantity of a sensor with a mistake is unknown and is not checked.
 
     Raises
     ------
     CampaignError
-        A key or value that cannot be used, or a sensor that is no load cell or no contact force, or a load cell that
-        is not calibrated or has no phase.
+        A key or value cannot be used, a sensor is not a load cell or not a contact force, a load cell is not
+        calibrated, or a sensor has no phase.
     """
     cells = [name for name in table.take("cells", list) if isinstance(name, str)]
     if len(cells) != 2 or cells[0] == cells[1]:
@@ -77,7 +77,7 @@ def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor], names: 
             continue
         if quantity.get(name) != LOAD_CELL:
             raise table.problem("cells", f'"{name}" is not a [[sensor]] with quantity = "{LOAD_CELL}": add one')
-        # Both forces are sums of the two readings: amplitudes without phases and unknown gains have none.
+        # Both forces are sums of the two readings, which need phases and known gains.
         if not (named[name].has_phase and named[name].calibrated):
             word = "calibrated" if named[name].has_phase else "phase"
             raise table.problem(
@@ -115,12 +115,12 @@ def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor], names: 
 def combine_load_cells(
     measurement: Measurement, sensors: Sequence[MeasuredSensor], pairs: Sequence[LoadCellPair]
 ) -> tuple[Measurement, tuple[MeasuredSensor, ...]]:
-    """Rows of the contact forces in place of those of the load cells, and the sensors without load cells.
+    """Replace the rows of load cells by rows of contact forces, and remove the load cells from the sensors.
 
     Parameters
     ----------
     measurement
-        Rows; `sensor` counts in `sensors`.
+        Rows; `sensor` is an index into `sensors`.
     sensors
         All sensors.
     pairs
@@ -129,7 +129,7 @@ def combine_load_cells(
     Raises
     ------
     CampaignError
-        A state that one cell of a pair has and the other has not.
+        A state was measured by only one cell of a pair.
     """
     names = [sensor.name for sensor in sensors]
     tables = [measurement.where(~np.isin(measurement.sensor, [names.index(name) for p in pairs for name in p.cells]))]
@@ -161,9 +161,10 @@ def combine_load_cells(
 
 
 def _add_stated_errors(pair: LoadCellPair, sensors: Sequence[MeasuredSensor]) -> dict[str, MeasuredSensor]:
-    """The contact forces of a pair with the errors that its cells state, where they state none themselves.
+    """Contact force sensors of a pair with the errors of its cells, unless they state their own.
 
-    Absolute noise goes through the rotation. Relative noise and the uncertainty of gains are those of the worse cell.
+    Absolute noise is propagated through the rotation. Relative noise and the uncertainty of gains are those of the
+    worse cell.
     """
     named = {sensor.name: sensor for sensor in sensors}
     cells = [named[name] for name in pair.cells]

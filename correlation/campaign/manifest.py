@@ -1,6 +1,6 @@
-"""The manifest of a campaign folder, ``campaign.toml``: what the numbers in its tables mean.
+"""Manifest of a campaign folder, ``campaign.toml``: sensors, tests, units and conventions of its tables.
 
-Each value is checked once, here; the message of a mistake names file, key, value and remedy.
+Each value is checked here, once; the message of a mistake names file, key, value and remedy.
 """
 
 import math
@@ -27,33 +27,33 @@ from geometry.toml_position import explain_syntax, key_lines
 MANIFEST = "campaign.toml"
 SCHEMA = 1
 Entry = TypeVar("Entry")
-#: Sign of i Omega t by the words of the manifest.
+#: Sign of i Omega t by the text in the manifest.
 TIME_SIGNS = {"exp(+i omega t)": 1, "exp(i omega t)": 1, "exp(-i omega t)": -1}
 CONVENTIONS = ("convention", "units")
-#: SI unit of the levels by what drives the structure.
+#: SI unit of the levels by the quantity of the drive.
 DRIVES = {"force": "N", "base acceleration": "m/s^2"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class RecordEntry:
-    """A time record as the manifest describes it.
+    """``[[record]]`` of a manifest: description of a time record.
 
     Parameters
     ----------
     name, file
-        Its name and its file.
+        Name of the record and of its file.
     units
         Units of its columns.
     signs
-        Signs of its columns; 1 for those that are not in it [-].
+        Signs of its columns; 1 for columns that are not listed [-].
     force
-        Column that drives; None for a ring-down.
+        Column of the driving force; None for a ring-down.
     held_out
-        Whether no calibration may see it.
+        Whether it is held out of calibrations.
     rate
-        Sampling rate of a file without a column of time [Hz]; None for one with it.
+        Sampling rate of a file without a column of time [Hz]; None for a file with this column.
     start, end
-        Stretch of the file [s]; infinite without an end.
+        Limits of the time that is read [s]; infinite if not given.
     """
 
     name: str
@@ -76,7 +76,7 @@ class Manifest:
     title
         Title of the campaign.
     drive
-        What the levels are.
+        Quantity and unit of the levels.
     units
         Conventions of the amplitudes and units of level and frequency.
     frequency_factor
@@ -84,9 +84,9 @@ class Manifest:
     sensors
         Sensors, load cells among them.
     load_cells
-        Pairs of load cells, and the contact forces that follow from them.
+        Pairs of load cells, and the contact forces that are computed from them.
     tests, files
-        Tests, and the file of each test; None for a test whose runs name theirs.
+        Tests, and the file of each test; None for a test whose data are in files of its runs or of other data.
     runs
         Runs of the tests.
     records
@@ -94,7 +94,7 @@ class Manifest:
     data
         Entries of all other types of data, each with its type.
     held_out
-        Levels [N, peak] and repeats that no calibration may see.
+        Levels [N, peak] and repeats that are held out of calibrations.
     """
 
     title: str
@@ -111,7 +111,7 @@ class Manifest:
     held_out: HeldOut
 
     def files_of(self, tests: Collection[int]) -> str:
-        """Names of the files that hold some tests, for messages."""
+        """Names of the files of the given tests, for messages."""
         names = [file for number, file in enumerate(self.files) if number in tests and file is not None]
         called = {self.tests[number].name for number in tests}
         names += [run.file for run in self.runs if run.test in called]
@@ -124,7 +124,8 @@ def read_manifest(folder: Path) -> Manifest:
     Raises
     ------
     CampaignError
-        It is missing, no TOML, or holds keys or values that cannot be used: all of them, one per line.
+        The manifest is missing, not TOML, or has keys or values that cannot be used: the error lists all mistakes, one
+        per line.
     """
     root = _read_toml(folder)
     schema = root.take("schema", int)
@@ -179,19 +180,19 @@ def read_manifest(folder: Path) -> Manifest:
 def _read_all(
     mistakes: CampaignMistakes, tables: Sequence[TomlTable], read: Callable[[TomlTable], Entry]
 ) -> list[Entry]:
-    """Entries of some tables; one that is a mistake is noted and left out."""
+    """Entries of the tables that can be read; the mistakes of the others are collected."""
     entries: list[Entry | None] = [mistakes.attempt(partial(read, table), None) for table in tables]
     return [entry for entry in entries if entry is not None]
 
 
 def _list_names(tables: Sequence[TomlTable]) -> tuple[str, ...] | None:
-    """Names that tables state, also those with a mistake; None if one states none: any name may be meant for it."""
+    """Names of tables, also of those with a mistake; None if a table has no name: any name may be meant for it."""
     has_names = all(isinstance(table.values.get("name"), str) for table in tables)
     return _list_texts(tables, "name") if has_names else None
 
 
 def _list_texts(tables: Sequence[TomlTable], key: str) -> tuple[str, ...]:
-    """Texts that tables state at a key, also those with a mistake: what names them is none for that."""
+    """Texts of tables at a key, also of tables with a mistake: a reference to these is not another mistake."""
     return tuple(dict.fromkeys(text for table in tables if isinstance(text := table.values.get(key), str)))
 
 
@@ -208,7 +209,7 @@ def _read_drive(root: TomlTable) -> Drive:
 
 
 def _read_units(root: TomlTable, drive: Drive, required: bool, mistakes: CampaignMistakes) -> tuple[RunUnits, float]:
-    """Conventions, and the factor of frequencies; time records alone need none."""
+    """Conventions, and the factor of frequencies to hertz; not required in a campaign without tests."""
     time_sign, peak, level_factor, frequency_factor = 1, 1.0, 1.0, 1.0
     level_unit, frequency_unit = drive.unit, "Hz"
     convention, units = (mistakes.attempt(partial(root.table, key, required=required), None) for key in CONVENTIONS)
@@ -252,14 +253,14 @@ def _check_names(tables: Sequence[TomlTable], mistakes: CampaignMistakes) -> Non
     for table in tables:
         name = table.values.get("name")
         if not isinstance(name, str):
-            continue  # a mistake that is noted where the table is read
+            continue  # reported where the table is read
         if name in names:
             mistakes.add(str(table.problem("name", "two have this name; give each its own name")))
         names.add(name)
 
 
 def _test(table: TomlTable, *, has_others: bool) -> tuple[Test, str | None]:
-    """A test, and the file of its tidy table; runs and data of other types may stand for one."""
+    """Read a test and the file of its tidy table; the file may be missing if there are runs or data of other types."""
     file = table.take("file", str, None) if has_others else table.take("file", str)
     test = Test(
         name=table.take("name", str),
@@ -291,7 +292,7 @@ def _read_record(table: TomlTable) -> RecordEntry:
 
 
 def _read_channels(table: TomlTable) -> tuple[dict[str, str], dict[str, int]]:
-    """Units and signs of the columns of a record: each a unit, or a table of unit and sign."""
+    """Units and signs of the columns of a record; the value of a column is a unit, or a table of unit and sign."""
     given, units, signs = table.table("units", required=False), dict[str, str](), dict[str, int]()
     for column, value in given.values.items():
         if isinstance(value, str):

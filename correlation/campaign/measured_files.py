@@ -1,4 +1,4 @@
-"""The measured files of a campaign folder, each read once, and the rows of one that an entry of the manifest takes."""
+"""Measured files of a campaign folder, each read once, and the selection of rows by an entry of the manifest."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,26 +17,26 @@ MISSING = ("refuse", "skip")
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredFiles:
-    """Files of a folder.
+    """Measured files of a folder, each read once.
 
     Parameters
     ----------
     folder
-        The campaign's.
+        Folder of the campaign.
     known
-        Those that were read, by their names.
+        Files that were read, by name.
     """
 
     folder: Path
     known: dict[str, MeasuredFile] = field(default_factory=dict)
 
     def read(self, name: str) -> MeasuredFile:
-        """A file of the folder.
+        """Read a file of the folder, or return it if it was read before.
 
         Raises
         ------
         CampaignError
-            It is not there, lies outside, or cannot be read.
+            The file does not exist, lies outside the folder, or cannot be read.
         """
         if name not in self.known:
             self.known[name] = read_file(find_file(self.folder, name))
@@ -46,24 +46,24 @@ class MeasuredFiles:
 def take_rows(
     table: TomlTable, file: MeasuredFile, names: Sequence[str], *, needed: Sequence[str] | None = None
 ) -> MeasuredFile:
-    """The file with the rows that ``rows`` and ``missing`` of an entry leave.
+    """Select the rows of a file by ``rows`` and ``missing`` of an entry.
 
     Parameters
     ----------
     table
-        Entry with ``rows = { COLUMN = VALUE }``, those of its rows that belong to it, and ``missing = "skip"`` for rows
+        Entry. ``rows = { COLUMN = VALUE }`` selects the rows with these values; ``missing = "skip"`` leaves out rows
         with values that are not finite.
     file
-        All of the file.
+        The whole file.
     names
         Columns that the entry uses.
     needed
-        Those without whose value a row is left out by ``missing = "skip"``; None for all.
+        Columns whose values must be finite under ``missing = "skip"``; None for all in `names`.
 
     Raises
     ------
     CampaignError
-        A column that there is not, or no row left.
+        A column does not exist, or no row remains.
     """
     wanted = table.take("rows", dict, {})
     skip = "missing" in table.values and table.choice("missing", MISSING) == "skip"
@@ -86,14 +86,14 @@ def take_rows(
 
 
 def without_padding(file: MeasuredFile, names: Iterable[str]) -> MeasuredFile:
-    """The file without rows at its end in which some columns have no number, as beside longer columns.
+    """Remove the rows at the end of a file in which none of some columns has a number, as beside longer columns.
 
     Parameters
     ----------
     file
-        All of the file.
+        The whole file.
     names
-        Columns, of which one with a number keeps a row.
+        Columns; a number in any of them keeps the row.
     """
     columns = [file.column(name) for name in names]
     lengths = {len(column.values) for column in columns}
@@ -108,7 +108,7 @@ def without_padding(file: MeasuredFile, names: Iterable[str]) -> MeasuredFile:
 
 
 def _has(table: TomlTable, file: MeasuredFile, column: Column, value: object) -> NDArray[np.bool_]:
-    """Rows of a column with a value: a number, or a word of a column of text."""
+    """Mask of the rows of a column that have a value: a number, or a word in a column of text."""
     if column.words:
         if value not in column.words:
             listed = ", ".join(column.words[:8])
@@ -124,6 +124,6 @@ def _has(table: TomlTable, file: MeasuredFile, column: Column, value: object) ->
 
 
 def with_rows(file: MeasuredFile, columns: Mapping[str, Column], mask: NDArray[np.bool_]) -> MeasuredFile:
-    """The file with some rows of some columns."""
+    """Copy of a file with the given columns only, and the rows of a mask."""
     kept_rows = tuple(replace(column, values=column.values[mask]) for column in columns.values())
     return replace(file, columns=kept_rows)

@@ -1,4 +1,4 @@
-r"""A measured campaign: stepped-sine responses as one tidy table, in SI and in one convention.
+r"""Data classes of a measured campaign: stepped-sine responses as one tidy table, in SI and in one convention.
 
 A steady state is :math:`x(t) = \operatorname{Re} \sum_k X_k e^{i k \Omega t}` under the force
 :math:`F \cos \Omega t`: peak amplitudes, :math:`X_0` the mean, the level :math:`F` real.
@@ -23,21 +23,21 @@ ComplexColumn = Complex[NDArray[np.complex128], " k"]
 Mask = Bool[NDArray[np.bool_], " k"]
 
 CONTACT_FORCE = "contact force"
-#: A force behind a contact line, which becomes its contact forces when a campaign is read.
+#: Quantity of a sensor behind a contact line; pairs are converted to contact forces when a campaign is read.
 LOAD_CELL = "load cell"
-#: Frequencies that differ by less than this share are one: counters and files round.
+#: Relative difference below which two frequencies are the same: counters and files round.
 SAME_FREQUENCY = 1e-5
-#: What a sensor can measure, with its SI unit.
+#: SI unit by the quantity of a sensor.
 SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", CONTACT_FORCE: "N", LOAD_CELL: "N"}
-#: The same for rotations.
+#: SI unit by the quantity of a sensor of a rotation.
 ROTATION_UNIT = {"displacement": "rad", "velocity": "rad/s", "acceleration": "rad/s^2"}
 COMPONENTS = ("tangential", "normal")
 CONFIGURATIONS = ("jointed", "free")
-#: What is held constant while the frequency changes.
+#: Quantity that is held constant while the frequency changes.
 CONTROLS = ("force", "response")
-#: Stands for forces that were not measured.
+#: Default of the forces of a `Measurement`: not measured.
 NOT_MEASURED = np.zeros(0)
-#: Words of a sweep, by the number in the table.
+#: Name of a sweep by its number in the table.
 SWEEPS = {1: "up", -1: "down", 0: "none"}
 
 
@@ -48,33 +48,34 @@ class MeasuredSensor:
     Parameters
     ----------
     name
-        As in the tables.
+        Name in the tables.
     quantity
-        "displacement", "velocity", "acceleration" or "contact force".
+        "displacement", "velocity", "acceleration", "contact force" or "load cell".
     direction
-        "x", "y", "z", "rx", "ry", "rz"; empty for a contact force, and where it is left to the model's sensor.
+        "x", "y", "z", "rx", "ry", "rz"; empty for a contact force or load cell, and if the sensor of the model
+        defines it.
     place
-        Named place of the model, if it is given by name.
+        Named place of the model, if the position is given by name.
     coordinates
-        Coordinates of the point, shape (3,) [m], if it is given by them.
+        Coordinates of the point, shape (3,) [m], if the position is given by coordinates.
     cell
-        Load cell of the model, for one that is compared itself; None for one that becomes contact forces.
+        Load cell of the model with which it is compared; None for a load cell that is converted to contact forces.
     line, component
         Contact line of a contact force, and "tangential" or "normal".
     uncertainty
-        Relative systematic standard uncertainty of its gain [-]; 0 if none is given.
+        Relative systematic standard uncertainty of its gain [-]; 0 if not given.
     has_phase
-        Whether its values are complex; without, they are amplitudes, real and positive.
+        Whether its values are complex; if not, they are amplitudes, real and positive.
     calibrated
-        Whether its values are in the SI unit of its quantity; without, they are up to one unknown real factor.
+        Whether its values are in the SI unit of its quantity; if not, they have one unknown real factor.
     reading_unit
-        Unit of the values of a sensor that is not calibrated, such as "V"; no more than a label.
+        Unit of the values of a sensor that is not calibrated, such as "V"; only a label.
     noise
-        Standard deviation of one reading that the test engineer states: relative [-] and absolute [SI unit]; zeros
-        leave it to the data.
+        Standard deviation of one reading as stated by the test engineer: relative [-] and absolute [SI unit]; zeros if
+        it is to be estimated from the data.
     relative_to
-        Named place of the model whose motion is subtracted, for a sensor between two bodies; None for one that
-        reads the motion of its place alone.
+        Named place of the model whose motion is subtracted, for a sensor between two bodies; None for a sensor of the
+        motion of its place alone.
     inclination
         Angle between the sensor's axis and its direction [rad]: it reads cos(inclination) of the motion along
         `direction` and sin(inclination) of that along `toward`.
@@ -106,7 +107,7 @@ class MeasuredSensor:
 
     @property
     def unit(self) -> str:
-        """Unit of its values: SI, or what an uncalibrated one is labelled with."""
+        """Unit of its values: SI, or the label of an uncalibrated sensor."""
         if not self.calibrated:
             return self.reading_unit
         rotates = self.direction in {"rx", "ry", "rz"}
@@ -122,9 +123,9 @@ class Drive:
     quantity
         "force" at the loads of the case, or "base acceleration" of its supports.
     unit
-        Unit of the levels: "N" or "m/s^2"; as the files say, such as "V", if it is not calibrated.
+        Unit of the levels: "N" or "m/s^2"; the unit in the files, such as "V", if the drive is not calibrated.
     calibrated
-        Whether levels are in SI; without, they are up to one unknown real factor.
+        Whether levels are in SI; if not, they have one unknown real factor.
     """
 
     quantity: str = "force"
@@ -139,17 +140,17 @@ class Test:
     Parameters
     ----------
     name
-        As in the tables.
+        Name in the tables.
     configuration
         "jointed", or "free" of all contacts.
     settling
-        Whether its repeats are readings of a response that still settles, such as a joint that runs in: they are no
-        repeats, and their scatter is no noise.
+        Whether its repeats are readings of a response that still settles, such as a joint that runs in; their scatter
+        is then not taken as noise.
     control
         "force", or "response" for a test at a constant response, whose force differs from point to point.
     """
 
-    __test__ = False  # no test of pytest's
+    __test__ = False  # keeps pytest from collecting it
 
     name: str
     configuration: str = "jointed"
@@ -166,7 +167,7 @@ class Measurement(RowTable):
     test, sensor
         Indices into the campaign's tests and sensors, shape (k,).
     order
-        Place in the order in which the runs were made, shape (k,).
+        Number in the order of measurement, shape (k,).
     repeat
         Number of the repeat, shape (k,).
     sweep
@@ -180,7 +181,7 @@ class Measurement(RowTable):
     value
         X_k, peak amplitude, shape (k,) [SI unit of the sensor].
     force
-        Amplitude of the force as it was, shape (k,) [N]; the level by default.
+        Measured amplitude of the force, shape (k,) [N]; the level by default.
     """
 
     test: IntColumn
@@ -219,7 +220,7 @@ class HeldOut:
 
 @dataclass(frozen=True, kw_only=True)
 class Suspicion:
-    """Something that can be right, but hardly is.
+    """Probable mistake in the data that is not certain, or a remark on them.
 
     Parameters
     ----------
@@ -228,16 +229,16 @@ class Suspicion:
     sentence
         Suspected mistake, with the evidence in numbers and the remedy.
     of_test
-        Whether it spoils all readings of a test, so that a model says nothing about single channels beside it.
+        Whether it affects all readings of a test, so that single channels of the test cannot be judged by a model.
     remark
-        Whether it says how the data are read or what they leave open, and not that they may be wrong.
+        Whether it only states how the data are read or what they leave open, and not that they may be wrong.
     headline
-        What a headline says of it where the verdict cannot be read without it; empty for its place, or nothing for a
-        remark.
+        Words for the headline of a verdict that cannot be read without the suspicion; empty for `where`, or for nothing
+        if it is a remark.
     alike
-        Other places where the same is suspected.
+        Other places with the same suspicion.
     of_time
-        Whether what was measured may have changed during a test, so that no case explains all of it; with a headline.
+        Whether the structure may have changed during a test, so that no case explains all of it; with a headline.
     """
 
     where: str
@@ -249,7 +250,7 @@ class Suspicion:
     of_time: bool = False
 
     def lies_in(self, where: str) -> bool:
-        """Whether its place is a place, or a part of it: a test, and a repeat of that test."""
+        """Whether its place is the given place or a part of it, such as a repeat of a test."""
         return f"{self.where},".startswith(f"{where},")
 
     def __str__(self) -> str:
@@ -259,7 +260,7 @@ class Suspicion:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Campaign:
-    """All that was measured on one structure.
+    """All measured data of one structure.
 
     Parameters
     ----------
@@ -268,19 +269,19 @@ class Campaign:
     sensors, tests
         Sensors and tests, in the order of the indices of the table.
     measurement
-        The table; frequencies that are the same but for rounding are made equal in it.
+        Table of steady states; frequencies that differ only by rounding are made equal.
     held_out
-        Levels and repeats that no calibration may see.
+        Levels and repeats that are held out of calibrations.
     records
         Time records.
     suspicions
         Suspected mistakes in the data.
     drive
-        What the levels are.
+        Quantity and unit of the levels.
     data
         Data of other types, such as loops; each names its type in `correlation.data_type.registry.DATA_TYPES`.
     level_factor
-        Level of one unit that its manifest gives levels in [N].
+        Factor from the unit of levels in the manifest to the levels of the table [N].
     """
 
     title: str
@@ -303,17 +304,17 @@ class Campaign:
 
     @property
     def levels(self) -> Float[NDArray[np.float64], " l"]:
-        """Levels that were measured, rising, shape (l,) [N]."""
+        """Measured levels in rising order, shape (l,) [N]."""
         return np.unique(self.measurement.level)
 
     @property
     def structure_sensors(self) -> list[int]:
-        """Numbers of the sensors of the structure itself: all but those of contact forces."""
+        """Indices of all sensors except those of contact forces."""
         return [number for number, item in enumerate(self.sensors) if item.quantity != CONTACT_FORCE]
 
     @property
     def is_free(self) -> Mask:
-        """Whether each test is of the structure without its contacts, shape (t,)."""
+        """Mask of the tests of the structure without its contacts, shape (t,)."""
         return np.array([test.configuration == "free" for test in self.tests], dtype=bool)
 
     @property
@@ -323,23 +324,23 @@ class Campaign:
 
     @property
     def content(self) -> dict[str, Any]:
-        """Content by field, independent of the place of the files."""
+        """Values of all fields except the folder."""
         return {name: value for name, value in vars(self).items() if name != "folder"}
 
     def suspected(self, more: Iterable[Suspicion]) -> "Campaign":
-        """The same campaign with further suspicions."""
+        """Copy of the campaign with further suspicions."""
         return replace(self, suspicions=(*self.suspicions, *more))
 
 
 def advise_held_out(measurement: Measurement, level_factor: float) -> str:
-    """What a manifest may hold out of some measurements, such as "levels = [3]"; empty if they are of one run.
+    """Advice on data to hold out, such as "levels = [3]"; empty if there is only one repeat of one level.
 
-    The last repeat tests a fit at all levels; the highest level but one lies between others.
+    The last repeat tests a fit at all levels; the second highest level lies between others.
 
     Parameters
     ----------
     measurement
-        All that was measured.
+        All measurements.
     level_factor
         As in `Campaign`.
     """
@@ -355,13 +356,16 @@ def name_configuration(free: bool) -> str:
 
 
 def number_frequencies(frequency: FloatColumn) -> IntColumn:
-    """Numbers of the frequencies, alike for those that are one; by gaps, since rounding would part neighbours."""
+    """Number of each frequency, equal for frequencies that differ only by rounding, shape (k,).
+
+    A new number begins at each gap of the sorted frequencies: rounding them would separate neighbours.
+    """
     rising, place = np.unique(frequency, return_inverse=True)
     return np.asarray(np.cumsum(np.diff(rising, prepend=rising[:1]) > SAME_FREQUENCY * rising)[place])
 
 
 def _align_frequencies(frequency: FloatColumn) -> FloatColumn:
-    """Frequencies that are the same but for rounding made equal, to the least of them."""
+    """Frequencies with those that differ only by rounding set to the lowest of them, shape (k,)."""
     number = number_frequencies(frequency)
     least = np.full(len(frequency), np.inf)
     np.minimum.at(least, number, frequency)
@@ -369,5 +373,5 @@ def _align_frequencies(frequency: FloatColumn) -> FloatColumn:
 
 
 def match_level(level: FloatColumn, wanted: float) -> Mask:
-    """Rows of one level, shape (k,): levels are set points, equal but for the rounding of their unit."""
+    """Mask of the rows of one level, shape (k,): levels are set points, equal except for the rounding of their unit."""
     return np.isclose(level, wanted, rtol=1e-9, atol=0.0)

@@ -1,6 +1,7 @@
-"""Units at the door of a campaign: what stands in its files becomes SI; `casefile.quantity` does so for case files.
+"""Conversion of the units in the files of a campaign to SI; `casefile.quantity` does this for case files.
 
-Compared by root units, not by dimension alone, because an angle has none: "deg" is no ratio, and 60 rpm is 1 Hz.
+Units are compared by root units, not by dimension alone, because an angle has no dimension: "deg" is not a ratio, and
+60 rpm is 1 Hz.
 """
 
 import difflib
@@ -16,21 +17,21 @@ if TYPE_CHECKING:
     import pint
 
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
-#: What test benches and case files are written in; a misspelt unit is compared with these.
+#: Usual units of test benches and case files; a misspelt unit is compared with these.
 FAMILIAR_UNITS = (
     "m", "mm", "um", "µm", "nm", "cm", "km", "inch", "N", "mN", "kN", "MN", "Pa", "kPa", "MPa", "GPa", "kg", "g", "mg",
     "tonne", "s", "ms", "us", "min", "Hz", "kHz", "rpm", "rad", "mrad", "deg", "percent", "J", "W", "g_n", "V", "mV",
 )  # fmt: skip
 
-#: What is meant, probably, by a unit of another quantity, by the SI unit that is needed.
+#: Hint at the unit that is probably meant, by the wrong unit and the SI unit that is needed.
 HINTS = {
     ("g", "m/s^2"): "; for the acceleration of gravity write g_n",
     ("mil", "m"): "; for a thousandth of an inch write thou",
     ("mils", "m"): "; for a thousandth of an inch write thou",
 }
-#: Units of readings, beside volts, that a sensitivity scales: whole numbers of a converter, and strains.
+#: Units of readings with a sensitivity, beside volts: whole numbers of a converter, and strains.
 COUNT, STRAIN = "count", "strain"
-#: What they read, and a sensitivity as an example.
+#: Source of readings in these units, and an example of a sensitivity.
 RAW = {
     COUNT: ("counts of a converter", f"655.36 {COUNT}"),
     f"{COUNT}s": ("counts of a converter", f"655.36 {COUNT}"),
@@ -44,14 +45,14 @@ def find_si_factor(unit: str, si: str) -> float:
     Parameters
     ----------
     unit
-        As in the file.
+        Unit in the file.
     si
-        SI unit that is needed; for "Hz" also rad/s is taken, as an angular frequency.
+        SI unit that is needed; for "Hz", rad/s is also accepted, as an angular frequency.
 
     Raises
     ------
     ValueError
-        The unit is unknown, or one of another quantity; in words, with the remedy.
+        The unit is unknown or of another quantity; in words, with the remedy.
     """
     if unit == si:
         return 1.0
@@ -70,7 +71,7 @@ def find_si_factor(unit: str, si: str) -> float:
 
 
 def find_base_unit(unit: str) -> tuple[float, str]:
-    """Factor to SI base units, and their name: ("mV" -> 0.001 "V" in base units of mass, length, time, current)."""
+    """Factor to the SI unit of a time record, and the name of this unit, such as 0.001 and "V" for "mV"."""
     if unit in {"m", "m/s", "m/s^2", "s", "rad", "N", "V", "Hz"}:
         return 1.0, unit
     for si in ("m", "m/s", "m/s^2", "N", "V", "s", "rad", "Hz"):
@@ -85,7 +86,7 @@ def read_si_quantity(value: object, si: str) -> float:
     Raises
     ------
     ValueError
-        It is not a finite number with a unit of this quantity; in words, with the remedy.
+        The text is not a finite number with a unit of this quantity; in words, with the remedy.
     """
     example = f'"0.5 {si}"' if si else '"0.5 %"'
     if isinstance(value, str) and re.match(r"\s*[+-]?\d*,\d", value):
@@ -105,12 +106,12 @@ def read_si_quantity(value: object, si: str) -> float:
 
 
 def read_positive_si_quantity(value: object, si: str) -> float:
-    """The same for a positive quantity.
+    """SI value of a positive quantity; see `read_si_quantity`.
 
     Raises
     ------
     ValueError
-        It is not, or no such quantity; in words, with the remedy.
+        The value is not positive, or as `read_si_quantity`; in words, with the remedy.
     """
     number = read_si_quantity(value, si)
     if not number > 0:
@@ -120,17 +121,17 @@ def read_positive_si_quantity(value: object, si: str) -> float:
 
 @cache
 def get_unit_registry() -> "pint.UnitRegistry[Decimal]":
-    """One registry for the process: pint takes over half a second to import and to read its definitions."""
+    """Unit registry, made once per process: pint takes over half a second to import and to read its definitions."""
     import pint
 
     registry: pint.UnitRegistry[Decimal] = pint.UnitRegistry(non_int_type=Decimal)
-    registry.define(f"{STRAIN} = []")  # a unit of its own, as a count is: no bare ratio
+    registry.define(f"{STRAIN} = []")  # a dimension of its own like a count, not a bare ratio
     return registry
 
 
 @cache
 def find_root_units(unit: str) -> tuple[Decimal, tuple[tuple[str, float], ...]]:
-    """Factor to root units, and those units as sorted (name, exponent) pairs.
+    """Factor to root units, and the root units as sorted (name, exponent) pairs.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Passes of a stepped sine over the frequencies: where they begin, and which readings in them are repeats."""
+"""Passes of a stepped sine over the frequencies: their start, direction and order, and repeated readings."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -13,9 +13,9 @@ from correlation.campaign.measurement import number_frequencies
 Real = Float[NDArray[np.float64], " n"]
 Whole = Int[NDArray[np.int64], " n"]
 
-#: Sweeps that differ by this factor over so many neighbouring frequencies are on two branches.
+#: Smallest factor between two branches, and number of neighbouring frequencies over which they differ by it.
 BRANCH_FACTOR, BRANCH_POINTS = 1.25, 3
-#: Words of a sweep as files have them, in small letters.
+#: Sweep by its name in files, in lower case.
 SWEEP_WORDS = {
     "up": 1, "forward": 1, "rising": 1, "auf": 1, "aufwärts": 1, "down": -1, "backward": -1, "falling": -1, "ab": -1,
     "abwärts": -1, "none": 0,
@@ -23,11 +23,11 @@ SWEEP_WORDS = {
 
 
 def find_passes(frequency: Real) -> tuple[Whole, Whole]:
-    """Sweep (+1 up, -1 down, 0 for one state) and number of the pass, from 0, of each row, shape (n,) each.
+    """Sweep (+1 up, -1 down, 0 if all rows have one frequency) and pass, from 0, of each row, shape (n,) each.
 
-    A pass ends where the frequency turns, or jumps back and then goes on as before. Where a test reads the turning
-    point once more before it turns, the second reading is the first of the new pass. Frequencies that differ by less
-    than `SAME_FREQUENCY` are one.
+    A pass ends where the frequency reverses its direction, or jumps back and then continues in the same direction. If
+    a test reads the turning point twice, the second reading is the first of the new pass. Frequencies that differ by
+    less than `SAME_FREQUENCY` are the same.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def find_passes(frequency: Real) -> tuple[Whole, Whole]:
     count = np.diff([*starts, len(frequency)])
     rise = np.diff(place[starts])
     step = np.sign(rise)
-    # One step back by more than a point, and on as before: the next pass begins anew there.
+    # After one step back by more than a point, a new pass in the same direction begins.
     back = np.flatnonzero((step[:-2] == step[2:]) & (step[1:-1] == -step[2:]) & (np.abs(rise[1:-1]) > 1)) + 2
     way = np.concatenate([step[:1], step])
     way[back] = -way[back]
@@ -58,9 +58,9 @@ def find_passes(frequency: Real) -> tuple[Whole, Whole]:
 
 
 def number_stated_passes(frequency: Real, sweep: Whole) -> Whole:
-    """Number of the pass, from 0, of each row whose sweep is stated, shape (n,).
+    """Number of the pass, from 0, of each row from the stated sweeps, shape (n,).
 
-    A pass ends where another sweep begins, or where the frequency goes against its sweep.
+    A pass ends where the sweep changes, or where the frequency moves against the direction of the sweep.
     """
     step = np.diff(number_frequencies(frequency))
     begins = (np.diff(sweep) != 0) | (step * sweep[1:] < 0)
@@ -68,21 +68,21 @@ def number_stated_passes(frequency: Real, sweep: Whole) -> Whole:
 
 
 def name_branches(sweep: Whole, of_pass: Whole, level: Real, frequency: Real, size: Real) -> Whole:
-    """Sweeps with those of branches that a table lists one after the other, shape (n,).
+    """Sweeps after the branches that a table lists one after the other are identified, shape (n,).
 
-    Tables of published curves list all branches by rising frequency. Where two passes of a level go one way and overlap
-    in a part of either, in which one is above the other by a factor that varies, the one that begins lower was swept
-    up, and the other one down. Two sweeps through a resonance that has shifted cross, and those at two forces differ by
-    one factor.
+    Tables of published curves list all branches by rising frequency. If two passes of a level have the same direction
+    and overlap in part, and one lies above the other there by a factor that varies, the pass that begins at the lower
+    frequency was swept up, and the other one down. In contrast, two sweeps through a resonance that has shifted cross,
+    and two sweeps at different forces differ by a constant factor.
 
     Parameters
     ----------
     sweep, of_pass
-        Sweep and number of the pass of each row by the order of the rows, shape (n,).
+        Sweep and number of the pass of each row from the order of the rows, shape (n,).
     level, frequency
         Shape (n,) [unit of the drive, Hz].
     size
-        Amplitude of a motion, shape (n,) [any unit]; NaN where it was not read.
+        Amplitude of a motion, shape (n,) [any unit]; NaN where it was not measured.
     """
     named = sweep.copy()
     passes = [np.flatnonzero((of_pass == number) & np.isfinite(size)) for number in np.unique(of_pass)]
@@ -107,7 +107,7 @@ def turn_order(order: Whole, of_pass: Whole, frequency: Real, sweep: Whole) -> W
 
 
 class Difference(NamedTuple):
-    """Frequencies from the first to the last of which two curves differ, and the largest factor between them."""
+    """First and last frequency of the range in which two curves differ, and the largest factor between them."""
 
     first: float
     last: float
@@ -115,7 +115,10 @@ class Difference(NamedTuple):
 
 
 def find_difference(frequency: Real, size: Real, other: Real, other_size: Real) -> Difference | None:
-    """Where two curves, by rising frequency, differ over neighbouring frequencies that both have; None if nowhere."""
+    """Longest range of neighbouring frequencies in which two curves of rising frequency differ; None if there is none.
+
+    A range has at least `BRANCH_POINTS` frequencies at which the curves differ by more than `BRANCH_FACTOR`.
+    """
     if not len(frequency) or not len(other):
         return None
     ratio = np.abs(_compute_log_ratio(frequency, size, other, other_size))
@@ -128,7 +131,7 @@ def find_difference(frequency: Real, size: Real, other: Real, other_size: Real) 
 
 
 def _are_branches(frequency: Real, size: Real, other: Real, other_size: Real) -> bool:
-    """Whether one of two curves that differ is above the other at all that both have, by a factor that varies."""
+    """Whether one of two curves is above the other wherever they overlap, by a factor that varies."""
     ratio = _compute_log_ratio(frequency, size, other, other_size)
     ratio = ratio[np.isfinite(ratio)]
     if not len(ratio) or (ratio.min() < 0 < ratio.max()) or np.ptp(ratio) < np.log(BRANCH_FACTOR):
@@ -137,7 +140,7 @@ def _are_branches(frequency: Real, size: Real, other: Real, other_size: Real) ->
 
 
 def _compute_log_ratio(frequency: Real, size: Real, other: Real, other_size: Real) -> Real:
-    """Logarithm of the ratio of two curves at the frequencies of the first; NaN where the other one has none."""
+    """Logarithm of the ratio of two curves at the frequencies of the first; NaN outside the range of the second."""
     beside = np.interp(frequency, other, other_size, left=np.nan, right=np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(np.log(size / beside))

@@ -21,19 +21,19 @@ def read_campaign(path: Path, analyse: Analyse = analyse_uncached) -> Campaign:
     Parameters
     ----------
     path
-        Folder with ``campaign.toml`` (``docs/campaign.md``), or what another format takes.
+        Folder with ``campaign.toml`` (``docs/campaign.md``), or a path of another format.
     analyse
-        Calls a function of a module that takes long with its arguments, or gives what it returned for them before; by
-        default nothing is kept.
+        Calls a slow function of a module with its arguments, or returns an earlier result for the same arguments; by
+        default no results are kept.
 
     Returns
     -------
-    In SI, peak amplitudes, e^{+i k Omega t}, rows sorted; what looks wrong but may be right is in its ``suspicions``.
+    Campaign in SI, peak amplitudes, e^{+i k Omega t}, rows sorted; its ``suspicions`` list probable mistakes.
 
     Raises
     ------
     CampaignError
-        One sentence with file, line or key, value and remedy; several that do not follow from each other, one per line.
+        One sentence with file, line or key, value and remedy; independent mistakes are listed one per line.
     """
     path = Path(path)
     result = [item for item in FORMATS if item.recognise(path)]
@@ -47,12 +47,12 @@ def read_campaign(path: Path, analyse: Analyse = analyse_uncached) -> Campaign:
 
 
 def check_campaign(files: MeasuredFiles, analyse: Analyse = analyse_uncached) -> Campaign:
-    """Read a campaign folder only as far as it tells whether it can be read, and what looks wrong in it.
+    """Read a campaign folder without slow analyses, to check whether it can be read and what looks wrong in it.
 
     Parameters
     ----------
     files
-        Folder with ``campaign.toml``, with those of its files that were read.
+        Folder with ``campaign.toml``, with the files of it that were read before.
     analyse
         As in `read_campaign`.
 
@@ -66,7 +66,7 @@ def check_campaign(files: MeasuredFiles, analyse: Analyse = analyse_uncached) ->
 
 
 def _read_unknown(path: Path, analyse: Analyse) -> Campaign:
-    """A path that no format knows: what is missing in a folder says the folder's reader."""
+    """Raise the error of the folder reader for a path that no format recognises, with the other formats as remedy."""
     others = [item.holds for item in FORMATS if item.read is not read_folder]
     try:
         return read_folder(path, analyse)
@@ -76,7 +76,7 @@ def _read_unknown(path: Path, analyse: Analyse) -> Campaign:
 
 
 def _read(format_: CampaignFormat, path: Path, analyse: Analyse) -> Campaign:
-    """Read a campaign by a format, and check the result of a format from outside."""
+    """Read a campaign by a format; the result of any format but the campaign folder is checked."""
     if format_.read is read_folder:
         return read_folder(path, analyse)
     try:
@@ -97,7 +97,7 @@ def _read(format_: CampaignFormat, path: Path, analyse: Analyse) -> Campaign:
 
 
 def _wrong(campaign: Campaign) -> str | None:
-    """Content that no comparison can use, with the remedy."""
+    """Description and remedy of content that no comparison can use; None if there is none."""
     table = campaign.measurement
     for called in ([item.name for item in campaign.sensors], [item.name for item in campaign.tests]):
         if len(set(called)) < len(called):

@@ -1,7 +1,7 @@
-"""``[[run]]`` of a manifest: one pass of measurements of a test, in the columns of any measured file.
+"""``[[run]]`` of a manifest: one run of a test, in the columns of any measured file.
 
 A run is a stepped sine (a column ``frequency``, a row per steady state) or one steady state over time (a column
-``time``). What is no column is given as a number: level, repeat, sweep.
+``time``). Level, repeat and sweep are values of the entry if they are not columns.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -12,42 +12,43 @@ from correlation.campaign.measurement import CONTROLS, SWEEPS
 from correlation.campaign.signal_entry import SignalEntry, read_signal
 from correlation.campaign.toml_table import TomlTable
 
-#: Columns of a run that are no sensor.
+#: Columns of a run that are not sensors.
 OWN = ("frequency", "time", "force", "level", "repeat", "order", "sweep")
-#: Those that differ from row to row of a stepped sine.
+#: Columns of a stepped sine only, since they differ from row to row.
 STEPPED = ("level", "repeat", "order", "sweep")
 BY_ORDER = "by order"
-#: Highest harmonic that is read from a time history, unless the run says another.
+#: Default of the highest harmonic that is read from a time history.
 HARMONICS = 5
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunEntry:
-    """One pass as the manifest describes it.
+    """Description of a run in the manifest.
 
     Parameters
     ----------
     table
-        Its table, for messages.
+        Table of the run, for messages.
     test, file
         Names of its test and of its file.
     level
-        Set point of the force in the unit of the campaign's levels; None where a column or the measured force says it.
+        Set point of the force in the unit of the campaign's levels; None if `levels`, a column or the measured force
+        defines it.
     levels
-        Set points of its passes in the order of measurement, in the same unit; empty where all have one level.
+        Set points of its passes in the order of measurement, in the same unit; empty if they are not given per pass.
     repeat
-        Number of the first repeat in it.
+        Number of its first repeat.
     sweep
         "up", "down", "none", or "by order": up where the frequency rises from row to row, down where it falls.
     control
-        "force", or "response" for a test at a constant response, whose force differs from point to point: a force that
-        does not reach its set point is then no suspicion.
+        "force", or "response" for a test at a constant response, whose force differs from point to point: a force below
+        its set point is then not suspicious.
     frequency
-        Frequency of a steady state over time [Hz]; None to find it.
+        Frequency of a steady state over time [Hz]; None if it is to be identified.
     harmonics
         Highest harmonic that is read from a steady state over time [-].
     own
-        Its columns that are no sensor, by what they are.
+        Columns that are not sensors, by the names in `OWN`.
     signals
         Columns by sensor; several for several harmonics.
     """
@@ -67,25 +68,26 @@ class RunEntry:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of all columns that it uses."""
+        """Names of all columns of the run."""
         entries = [*self.own.values(), *(entry for entries in self.signals.values() for entry in entries)]
         return tuple(dict.fromkeys(name for entry in entries for name in entry.columns.values()))
 
 
 def read_run(table: TomlTable, sensors: Collection[str] | None, tests: Collection[str] | None) -> RunEntry:
-    """One run.
+    """Read one run.
 
     Parameters
     ----------
     table
-        Its table.
+        Table of the run.
     sensors, tests
-        Names of those of the manifest; None where one has no name, so that any name may be meant for it.
+        Names of the sensors and tests of the manifest; None if one has no name, since any unknown name may be meant for
+        it.
 
     Raises
     ------
     CampaignError
-        A key or value that cannot be used, or a column of no sensor.
+        A key or value cannot be used, or a column is not that of a sensor.
     """
     columns = table.table("columns")
     own = {name: read_signal(columns, name) for name in OWN if name in columns.values}
@@ -137,7 +139,7 @@ def read_run(table: TomlTable, sensors: Collection[str] | None, tests: Collectio
         own=own,
         signals=signals,
     )
-    table.known.update(("rows", "missing"))  # taken with the file
+    table.known.update(("rows", "missing"))  # read by `take_rows`
     table.finish()
     if entry.frequency is not None and "time" not in own:
         raise table.problem("frequency", "is for a steady state over time only; this run has a column of frequencies")
@@ -151,7 +153,7 @@ def read_run(table: TomlTable, sensors: Collection[str] | None, tests: Collectio
 def _refuse_stepped(
     columns: TomlTable, own: Mapping[str, SignalEntry], signals: Mapping[str, Sequence[SignalEntry]]
 ) -> None:
-    """Refuse what only the rows of a stepped sine have: a steady state over time is one state with all harmonics."""
+    """Refuse columns of a stepped sine in a steady state over time, which is one state with all harmonics."""
     for name in STEPPED:
         if name in own:
             remedy = "remove it" if name == "order" else f"give {name} of the run"

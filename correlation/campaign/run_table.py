@@ -1,4 +1,4 @@
-"""Rows of a run: steady states from the columns of any measured file, in SI and in the convention of a campaign."""
+"""Rows of a run: steady states from the columns of any measured file, in SI and in the convention of a `Campaign`."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -31,9 +31,9 @@ from correlation.signal.steady_state import fit_steady_state
 Real = Float[NDArray[np.float64], " n"]
 Whole = Int[NDArray[np.int64], " n"]
 
-#: Share of a higher harmonic of the force beyond which it is no sine [-].
+#: Ratio of a higher harmonic of the force to its fundamental above which the force is suspected of distortion [-].
 DISTORTED = 0.05
-#: The level of a run whose force was measured and has no set point: its median in so many digits.
+#: Significant digits of the level of a run without a set point: the median of its measured force, rounded.
 DIGITS = 3
 
 
@@ -46,11 +46,11 @@ class RunUnits:
     time_sign
         +1 for amplitudes of e^{+i Omega t}, -1 for those of e^{-i Omega t}.
     peak
-        Peak amplitude of one unit of an amplitude [-].
+        Factor from amplitudes to peak amplitudes [-].
     level_factor
-        Factor of a level that is a number of the manifest, to SI and peak amplitude.
+        Factor from a level in the manifest to SI and peak amplitude.
     level_unit, frequency_unit
-        Units of columns that say none.
+        Units of columns that state no unit.
     level_si
         SI unit of the levels; empty where the drive is not calibrated.
     """
@@ -65,7 +65,7 @@ class RunUnits:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _States(RowTable):
-    """Steady states of a run in the order of measurement, and the amplitude and phase of their force."""
+    """Steady states of a run and the amplitudes of their forces, one per row of its file."""
 
     frequency: Real
     level: Real
@@ -78,27 +78,27 @@ class _States(RowTable):
 def read_run_rows(
     entry: RunEntry, files: MeasuredFiles, sensors: Sequence[MeasuredSensor], test: int, units: RunUnits, first: int = 0
 ) -> tuple[Measurement, tuple[Suspicion, ...]]:
-    """Rows of one run, unsorted, and what looks wrong in them.
+    """Read the rows of one run, unsorted, and suspicions about them.
 
     Parameters
     ----------
     entry
-        Its description.
+        Description of the run.
     files
         Files of the campaign.
     sensors
-        All of the campaign; rows hold their numbers.
+        All sensors of the campaign; rows hold their indices.
     test
-        Number of its test.
+        Index of the test of the run.
     units
         Units and conventions.
     first
-        Order of its first state, unless it has a column of orders.
+        Order of its first state, unless the run has a column of orders.
 
     Raises
     ------
     CampaignError
-        Its file, columns or values cannot be used; one sentence with file, key, value and remedy.
+        The file, columns or values of the run cannot be used; one sentence with file, key, value and remedy.
     """
     needed = None if "time" in entry.own else [name for own in entry.own.values() for name in own.columns.values()]
     file = take_rows(entry.table, files.read(entry.file), entry.columns, needed=needed)
@@ -118,7 +118,7 @@ def read_run_rows(
         if (named != sweep).any():
             suspicions.append(_note_branches(entry, level[named != sweep]))
         sweep = named
-    if not {"sweep", "order"} & {*entry.own}:  # columns of up and down beside one frequency list both in one way
+    if not {"sweep", "order"} & {*entry.own}:  # sweeps in columns beside one frequency are listed one way
         order = turn_order(order, of_pass, frequency, sweep)
     given = "repeat" in entry.own
     repeat = (
@@ -133,10 +133,10 @@ def read_run_rows(
 
 
 class _Signal(NamedTuple):
-    """Values of a harmonic of a sensor."""
+    """Values of one harmonic of one sensor."""
 
     there: NDArray[np.bool_]
-    """Which rows of the file have one."""
+    """Mask of the rows of the file that have a value."""
     sensor: int
     harmonic: int
     value: Complex[NDArray[np.complex128], " n"]
@@ -150,7 +150,10 @@ def _read_signals(
     phase_reference: Complex[NDArray[np.complex128], " n"],
     suspicions: list[Suspicion],
 ) -> Iterator[_Signal]:
-    """Values of all sensors in the rows of a file, and suspicions; phases count from `phase_reference`."""
+    """Yield the values of all sensors in the rows of a file, and append suspicions.
+
+    Phases are multiplied by `phase_reference` to the power of the harmonic, so that they refer to the force.
+    """
     for number, sensor in enumerate(sensors):
         for signal in entry.signals.get(sensor.name, ()):
             _require(
@@ -184,7 +187,7 @@ def _read_signals(
 
 
 def _find_fundamental_amplitude(read: Sequence[_Signal], n_row: int) -> Real:
-    """Amplitudes of the first fundamental that was read, shape (n_row,); NaN where there is none."""
+    """Amplitudes of the first signal of harmonic 1, shape (n_row,); NaN in rows without a value."""
     size = np.full(n_row, np.nan)
     for one in read:
         if one.harmonic == 1:
@@ -208,7 +211,7 @@ def _note_branches(entry: RunEntry, levels: Real) -> Suspicion:
 def _select_present(
     entry: RunEntry, file: MeasuredFile, signal: SignalEntry
 ) -> tuple[MeasuredFile, NDArray[np.bool_], list[Suspicion]]:
-    """Rows that have a value of a sensor, whether each row of the file has, and what looks wrong in them."""
+    """Rows of a file that have a value of a signal, the mask of these rows, and suspicions about them."""
     columns = {name: file.column(name) for name in signal.columns.values()}
     there = np.all([np.isfinite(column.values) for column in columns.values()], axis=0)
     if there.all() or not there.any() or entry.table.values.get("missing") != "skip":
@@ -224,7 +227,7 @@ def _select_present(
 
 
 def join_rows(tables: Sequence[Measurement]) -> Measurement:
-    """Rows of several tables, one below the other; no rows of no table."""
+    """Concatenate the rows of tables; the result is empty without tables."""
     columns = [column.name for column in fields(Measurement)]
     return Measurement(**{name: np.concatenate([[], *(getattr(table, name) for table in tables)]) for name in columns})
 
@@ -243,7 +246,7 @@ def _make_rows(
 def _read_steady_state(
     entry: RunEntry, file: MeasuredFile, sensors: Sequence[MeasuredSensor], test: int, units: RunUnits, order: int
 ) -> tuple[Measurement, tuple[Suspicion, ...]]:
-    """Harmonics of one steady state over time, and what they suspect of it."""
+    """Read the harmonics of one steady state over time, and suspicions about them."""
     file = without_padding(file, entry.own["time"].columns.values())
     time = entry.own["time"].or_unit(file, "s").real_values(file, "s")
     measured = [(number, sensor) for number, sensor in enumerate(sensors) if sensor.name in entry.signals]
@@ -275,7 +278,7 @@ def _read_steady_state(
     )  # fmt: skip
     tables = []
     for (number, sensor), coefficients in zip(measured, result.coefficients, strict=True):
-        # The mean of a velocity or acceleration is zero in any steady state: a reading of it is the sensor's offset.
+        # The mean of a velocity or acceleration is zero in any steady state: a mean reading is the sensor's offset.
         for harmonic in range(1 if sensor.quantity in {"velocity", "acceleration"} else 0, entry.harmonics + 1):
             value = coefficients[harmonic : harmonic + 1].astype(np.complex128)
             keeps_sign = sensor.has_phase or harmonic == 0
@@ -305,7 +308,7 @@ def _suspect_steady_state(entry: RunEntry, result: Harmonics, amplitude: float) 
 
 
 def _split_passes(entry: RunEntry, file: MeasuredFile, frequency: Real) -> tuple[Whole, Whole]:
-    """Sweep and number of the pass of each row, shape (n,): stated, or from the order of the rows."""
+    """Sweep and number of the pass of each row, shape (n,) each: stated, or from the order of the rows."""
     if "sweep" in entry.own:
         column = file.column(next(iter(entry.own["sweep"].columns.values())))
         for word in column.words or ("numbers",):

@@ -1,4 +1,4 @@
-"""``[[sensor]]`` of a manifest: what measured a channel, where and along which axis, and what its readings are."""
+"""``[[sensor]]`` of a manifest: quantity, position, axis and properties of the readings of a sensor."""
 
 import math
 from typing import Any
@@ -11,17 +11,17 @@ from correlation.campaign.measurement_unit import read_si_quantity
 from correlation.campaign.toml_table import TomlTable
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
-#: A sensor that leans more than this reads another direction.
+#: Largest inclination of a sensor against its direction [rad]; above it, another direction is to be given.
 MOST_INCLINED = math.radians(80)
 
 
 def read_sensor(table: TomlTable) -> MeasuredSensor:
-    """One sensor.
+    """Read one sensor.
 
     Raises
     ------
     CampaignError
-        A key or a value that cannot be used.
+        A key or a value cannot be used.
     """
     quantity = table.choice("quantity", SI_UNIT)
     common: dict[str, Any] = {
@@ -35,14 +35,14 @@ def read_sensor(table: TomlTable) -> MeasuredSensor:
         sensor = MeasuredSensor(**common, cell=table.take("cell", str, None))
     else:
         sensor = MeasuredSensor(**common, **_position(table))
-    # The absolute part of a stated noise is in the unit of the readings, which the direction decides.
+    # The unit of the absolute noise depends on the direction: metres or radians.
     noise = table.converted("noise", lambda value: _read_noise(value, sensor), (0.0, 0.0))
     table.finish()
     return MeasuredSensor(**{**vars(sensor), "noise": noise})
 
 
 def _read_properties(table: TomlTable, quantity: str) -> dict[str, Any]:
-    """Properties of the readings: gain, phase, unit."""
+    """Read the properties of the readings: uncertainty of the gain, calibration, unit, phase."""
     uncertainty = table.converted("uncertainty", lambda value: read_si_quantity(value, ""), 0.0)
     if uncertainty < 0:
         raise table.problem("uncertainty", "must not be negative")
@@ -58,14 +58,14 @@ def _read_properties(table: TomlTable, quantity: str) -> dict[str, Any]:
 
 
 def _position(table: TomlTable) -> dict[str, Any]:
-    """Position and axis of a motion sensor; it needs none that is a sensor of the case."""
+    """Read the position and axis of a motion sensor; they may be missing for a sensor of the case."""
     place, point = table.take("place", str, None), table.take("coordinates", list, None)
     if place is not None and point is not None:
         wanted = 'give place = "..." or coordinates = ["500 mm", "0 mm", "0 mm"], one of them'
         raise table.problem("place", wanted, show=False)
     if point is not None and len(point) != 3:
         raise table.problem("coordinates", 'give three, e.g. ["500 mm", "0 mm", "0 mm"]')
-    # The case's sensor of this name knows its axis.
+    # Without a position or axis, the axis is that of the sensor of this name in the case.
     has_axis = point is not None or not table.values.keys().isdisjoint({"direction", "inclination"})
     direction = table.choice("direction", DIRECTIONS) if has_axis else table.take("direction", str, "")
     inclination = table.converted("inclination", lambda value: read_si_quantity(value, "rad"), 0.0)
@@ -91,7 +91,7 @@ def _point(values: object) -> NDArray[np.float64]:
 
 
 def _read_noise(value: object, sensor: MeasuredSensor) -> tuple[float, float]:
-    """Relative [-] and absolute [unit of the sensor] part, each given once at most."""
+    """Relative [-] and absolute [unit of the sensor] noise; several values of one kind are added in quadrature."""
     parts = value if isinstance(value, list) else [value]
     relative = absolute = 0.0
     for part in parts:

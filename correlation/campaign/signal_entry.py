@@ -1,7 +1,7 @@
-"""Quantities of a measured file as a manifest describes them: columns, unit, harmonic.
+"""Signals of a measured file as described in a manifest: columns, unit, harmonic.
 
 ``tip = "acc 1"`` is a column in the unit that its file states; ``tip = { amplitude = "a", phase = "p", unit = "g_n",
-phase_unit = "deg" }`` says what the file does not.
+phase_unit = "deg" }`` adds what the file does not state.
 """
 
 import math
@@ -18,41 +18,41 @@ from correlation.campaign.toml_table import TomlTable
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile
 
-#: Keys that name columns, in the combinations that make a quantity.
+#: Combinations of keys that name the columns of a signal.
 COLUMN_KEYS = (("column",), ("real", "imag"), ("amplitude", "phase"), ("amplitude",))
-#: A phase that is unwrapped over some resonances hardly leaves this range [rad]; one in degrees does.
+#: Largest plausible phase in radians [rad]: a phase unwrapped over several resonances stays below, unlike degrees.
 MOST_RADIANS = 8 * math.pi
-#: Peak amplitude of one unit.
+#: Factor to peak amplitude by the convention of an amplitude.
 PEAK_OF = {"peak": 1.0, "rms": math.sqrt(2.0), "peak to peak": 0.5}
-#: Radians of one unit of a phase.
+#: Factor to radians by the unit of a phase.
 PHASE = {"rad": 1.0, "deg": math.pi / 180, "degree": math.pi / 180}
 
 
 @dataclass(frozen=True, kw_only=True)
 class SignalEntry:
-    """A quantity of a file.
+    """Description of a signal of a measured file.
 
     Parameters
     ----------
     where
         File and key of the manifest, for messages.
     columns
-        Names of its columns by part: "column"; "real" and "imag"; "amplitude" and perhaps "phase".
+        Names of its columns by part: "column"; "real" and "imag"; "amplitude" and optionally "phase".
     unit
-        Unit of its values; empty for that of the column.
+        Unit of its values; empty for the unit of the column.
     phase_unit
-        "rad" or "deg"; empty for that of the column.
+        "rad" or "deg"; empty for the unit of the column.
     sensitivity
-        Reading per unit of the quantity, such as "100 mV/g_n" or "655.36 count/(m/s^2)"; empty where the columns hold
-        the quantity itself.
+        Reading per unit of the quantity, such as "100 mV/g_n" or "655.36 count/(m/s^2)"; empty if the columns hold the
+        quantity itself.
     convention
-        What its amplitudes are, "peak", "rms" or "peak to peak"; empty for what those of the campaign are.
+        Convention of its amplitudes, "peak", "rms" or "peak to peak"; empty for that of the campaign.
     harmonic
         Harmonic of its values [-].
     sign
-        -1 for a sensor that is mounted the other way round, or a phase that counts from the other direction [-].
+        -1 for a sensor that is mounted in the opposite direction, or a phase that is measured from it [-].
     gaps
-        What can be done about values that are not finite.
+        Remedy for values that are not finite, for messages.
     """
 
     where: str
@@ -67,36 +67,36 @@ class SignalEntry:
 
     @property
     def has_phase(self) -> bool:
-        """Whether its values are complex."""
+        """Whether its values have a phase or a sign."""
         return "amplitude" not in self.columns or "phase" in self.columns
 
     def peak(self, common: float) -> float:
-        """Peak amplitude of one unit of its `complex_values`, from that of the campaign [-]."""
+        """Factor from its `complex_values` to peak amplitudes, given the factor of the campaign [-]."""
         return 1.0 if self.convention else common
 
     def problem(self, text: str) -> CampaignError:
-        """A mistake with its place in the manifest."""
+        """Error with the place of the signal in the manifest."""
         return CampaignError(f"{self.where}: {text}")
 
     def or_unit(self, file: MeasuredFile, unit: str) -> "SignalEntry":
-        """The same, in a unit where neither the manifest nor the file says one."""
+        """Copy with a default unit, used if neither the manifest nor the file states a unit."""
         has_unit = self.unit or any(file.column(name).unit for name in self.columns.values())
         return self if has_unit else replace(self, unit=unit)
 
     def complex_values(self, file: MeasuredFile, si: str) -> Complex[NDArray[np.complex128], " n"]:
-        """Values in SI, shape (n,), as peaks if it has a convention; real and not negative where there is no phase.
+        """Values in SI, shape (n,), as peaks if it has a convention; amplitudes without phase are real, not negative.
 
         Parameters
         ----------
         file
-            Its columns.
+            File with its columns.
         si
-            SI unit that is needed; empty for one that is not calibrated, whose values stay as they are.
+            SI unit that is needed; empty for a sensor that is not calibrated, whose values are not converted.
 
         Raises
         ------
         CampaignError
-            A column that there is not, of another length or unit, or with values that are not finite.
+            A column does not exist, has another length or unit, or has values that are not finite or too large.
         """
         parts = {part: file.column(name) for part, name in self.columns.items()}
         lengths = {len(column.values) for column in parts.values()}
@@ -129,7 +129,7 @@ class SignalEntry:
         Raises
         ------
         CampaignError
-            As `complex_values`, or values that are complex.
+            As `complex_values`, or the values are complex.
         """
         if "column" not in self.columns and self.has_phase:
             raise self.problem("is one real number per row: name its column")
@@ -139,7 +139,7 @@ class SignalEntry:
         return np.asarray(values.real)
 
     def is_in(self, file: MeasuredFile, si: str) -> bool:
-        """Whether its columns or the manifest state a unit of this kind."""
+        """Whether the manifest or its first column states a unit that converts to an SI unit."""
         unit = self.unit or file.column(next(iter(self.columns.values()))).unit
         try:
             return bool(unit) and not self.sensitivity and find_si_factor(unit, si) > 0
@@ -147,12 +147,12 @@ class SignalEntry:
             return False
 
     def positive_values(self, file: MeasuredFile, si: str) -> Float[NDArray[np.float64], " n"]:
-        """Real values in SI that are above zero, such as frequencies and levels, shape (n,); see `real_values`.
+        """Positive values in SI, such as frequencies and levels, shape (n,); see `real_values`.
 
         Raises
         ------
         CampaignError
-            As `real_values`, or a value that is not above zero or that nothing measures.
+            As `real_values`, or a value is not positive or outside the range of readings.
         """
         values = self.real_values(file, si)
         for wrong, why in ((~(values > 0), "it must be above 0"), (is_beyond(values), REMEDY)):
@@ -162,7 +162,7 @@ class SignalEntry:
         return values
 
     def suspect_degrees(self, file: MeasuredFile) -> str:
-        """Reason why a phase in radians looks like degrees; empty where it does not."""
+        """Suspicion that a phase in radians is in degrees; empty if it is not suspicious."""
         if "phase" not in self.columns:
             return ""
         column = file.column(self.columns["phase"])
@@ -184,7 +184,7 @@ class SignalEntry:
         return np.asarray(PHASE[unit] * column.values)
 
     def _own_peak(self) -> float:
-        """Peak amplitude of one unit by its own convention; a mean has none [-]."""
+        """Factor to peak amplitude by its own convention; 1 for a mean or without convention [-]."""
         return PEAK_OF[self.convention] if self.convention and self.harmonic else 1.0
 
     def _factor(self, file: MeasuredFile, column: Column, si: str) -> float:
@@ -207,12 +207,12 @@ class SignalEntry:
 
 
 def read_signal(table: TomlTable, key: str) -> SignalEntry:
-    """One quantity: the name of a column, or a table with its columns.
+    """Read one signal: the name of a column, or a table with its columns.
 
     Raises
     ------
     CampaignError
-        Another value, or columns that do not make a quantity together.
+        The value is neither, or the combination of columns is not one of `COLUMN_KEYS`.
     """
     value = table.values.get(key)
     table.known.add(key)
@@ -246,12 +246,12 @@ def read_signal(table: TomlTable, key: str) -> SignalEntry:
 
 
 def read_sign(table: TomlTable) -> int:
-    """Sign of a channel: -1 for a sensor that is mounted the other way round, 1 by default.
+    """Read the sign of a channel: -1 for a sensor that is mounted in the opposite direction, 1 by default.
 
     Raises
     ------
     CampaignError
-        Another number.
+        The value is neither 1 nor -1.
     """
     sign: int = table.take("sign", int, 1)
     if sign not in {1, -1}:

@@ -1,4 +1,4 @@
-"""Tables of stepped-sine responses: CSV, one complex amplitude a row, its unit beside it."""
+"""Reader of stepped-sine tables: CSV, one complex amplitude with its unit per row."""
 
 import difflib
 from collections.abc import Collection, Mapping, Sequence
@@ -19,9 +19,9 @@ from correlation.errors import CampaignError
 COLUMNS = (
     "test", "order", "repeat", "sweep", "level", "frequency", "sensor", "harmonic", "real", "imag", "unit",
 )  # fmt: skip
-#: Column that a table may have: the amplitude of the force as it was.
+#: Optional column: measured amplitude of the force.
 FORCE = "force"
-#: What tells one row from another: the order does not.
+#: Columns that identify a row; the order is not among them.
 KEY = ("test", "level", "frequency", "sensor", "harmonic", "sweep", "repeat")
 _POLAR = ("amplitude", "phase", "magnitude", "abs", "angle")
 
@@ -32,20 +32,20 @@ def read_csv(path: Path, manifest: Manifest, tests: Collection[str]) -> Measurem
     Parameters
     ----------
     path
-        The file.
+        Path of the file.
     manifest
         Manifest with sensors, units and conventions.
     tests
-        Names of the tests that it may hold.
+        Names of the tests that the file may have.
 
     Returns
     -------
-    Rows sorted by `KEY`; whatever their order in the file.
+    Rows sorted by `KEY`.
 
     Raises
     ------
     CampaignError
-        In one sentence with file, line, value and remedy.
+        The file cannot be used; one sentence with file, line, value and remedy.
     """
     table = read_table(path)
     _check_header(table)
@@ -54,10 +54,10 @@ def read_csv(path: Path, manifest: Manifest, tests: Collection[str]) -> Measurem
     harmonic = table.integers("harmonic", least=0)
     sensor = _index(table, "sensor", {name: number for number, name in enumerate(sensors)})
     test = _index(table, "test", {name: names.index(name) for name in tests})
-    with np.errstate(over="ignore", invalid="ignore"):  # what is too large is refused below
+    with np.errstate(over="ignore", invalid="ignore"):  # too large values are refused below
         value = table.numbers("real") + 1j * manifest.units.time_sign * table.numbers("imag")
         value *= _find_unit_factors(table, manifest, sensor)
-        # A mean has no amplitude, and so no convention of one.
+        # The convention of amplitudes does not apply to a mean.
         value[harmonic > 0] *= manifest.units.peak
     _refuse(table, "imag", (harmonic == 0) & (value.imag != 0), "a mean (harmonic 0) has no imaginary part: write 0")
     level, frequency = table.numbers("level"), table.numbers("frequency")
@@ -103,12 +103,12 @@ def find_sorting(measurement: Measurement) -> Int[NDArray[np.int64], " k"]:
 
 
 def find_same(measurement: Measurement, order: Sequence[int] | NDArray[np.int64]) -> Bool[NDArray[np.bool_], " k-1"]:
-    """Whether each row of a table in the order of `find_sorting` measures the same as the next, shape (k - 1,)."""
+    """Mask of the rows with the same `KEY` as the next row, in the order of `find_sorting`, shape (k - 1,)."""
     return np.asarray(np.all([np.diff(column[order]) == 0 for column in _list_key_columns(measurement)], axis=0))
 
 
 def _list_key_columns(measurement: Measurement) -> list[NDArray[Any]]:
-    """Columns of `KEY`; a campaign makes frequencies equal that differ by rounding alone, so that they are one here."""
+    """Columns of `KEY`; frequencies that differ only by rounding are equal, as in a campaign."""
     columns = {name: getattr(measurement, name) for name in KEY}
     return [*(columns | {"frequency": number_frequencies(measurement.frequency)}).values()]
 
@@ -132,7 +132,7 @@ def _check_header(table: CsvTable) -> None:
 
 
 def _index(table: CsvTable, name: str, known: Mapping[str, int]) -> Int[NDArray[np.int64], " k"]:
-    """Numbers of the words of a column, shape (k,)."""
+    """Number of the word in each row of a column, shape (k,)."""
     column = table.columns[name]
     for word in dict.fromkeys(column):
         if word not in known:

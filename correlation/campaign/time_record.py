@@ -1,4 +1,4 @@
-"""Time records: a column ``time``, or a sampling rate, and a column per channel; their units are in the manifest."""
+"""Time records: a column ``time`` or a sampling rate, and one column per channel with its unit in the manifest."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -14,10 +14,10 @@ from correlation.file.column import MeasuredFile
 from correlation.signal.record import note_rounded_time, recover_time_base
 from geometry.read_only_array import freeze_fields
 
-#: What can be done about a value that is not finite.
+#: Remedy for values that are not finite.
 GAPS = "a record has no gaps: cut it before or after them"
 TIME = "time"
-#: Steps may differ by this share of their mean where a clock wrote the times with few digits [-].
+#: Largest deviation of a step from the mean step, relative to it, as for times that are rounded to few digits [-].
 UNIFORM = 1e-3
 
 
@@ -28,21 +28,21 @@ class TimeRecord:
     Parameters
     ----------
     name
-        As in the manifest.
+        Name in the manifest.
     time
         Rising instants, shape (n,) [s].
     channels
         Names of the channels: sensors, or a force.
     units
-        SI unit of each channel; "V" where it is not calibrated.
+        SI unit of each channel; "V" if it is not calibrated.
     values
-        Shape (n_channel, n) [its unit].
+        Values of the channels, shape (n_channel, n) [unit of the channel].
     force
-        Channel that drives the structure; none for a ring-down.
+        Channel of the driving force; None for a ring-down.
     held_out
-        Whether no calibration may see it.
+        Whether it is held out of calibrations.
     remarks
-        How its time is read, in words.
+        Remarks on how its time is read.
     """
 
     name: str
@@ -71,12 +71,12 @@ class TimeRecord:
         return values
 
     def between(self, start: float, end: float) -> "TimeRecord":
-        """Its stretch between two instants [s].
+        """Part of the record between two instants [s].
 
         Raises
         ------
         CampaignError
-            There are no two instants between them.
+            The part has fewer than two samples.
         """
         rows = (self.time >= start) & (self.time <= end)
         if rows.all():
@@ -95,7 +95,7 @@ class TimeRecord:
         Raises
         ------
         CampaignError
-            It varies.
+            The step varies by more than `UNIFORM`.
         """
         steps = np.diff(self.time)
         mean = float(steps.mean())
@@ -118,26 +118,27 @@ def make_record_of_columns(
     held_out: bool = False,
     rate: float | None = None,
 ) -> TimeRecord:
-    """A record from columns of any measured file.
+    """Make a record from columns of any measured file.
 
     Parameters
     ----------
     file
-        Its columns.
+        File with the columns.
     name, force, held_out
         As in `TimeRecord`.
     units
-        Columns of the record with their units; "time" among them for a time that is neither in seconds nor in the unit
-        that the file states.
+        Columns of the record with their units; "time" is needed only if it is neither in seconds nor in the unit that
+        the file states.
     signs
-        -1 for each column of a sensor that is mounted the other way round [-].
+        Signs of columns: -1 for a sensor that is mounted in the opposite direction; 1 for columns that are not listed
+        [-].
     rate
         Sampling rate of a file without a column "time" [Hz].
 
     Raises
     ------
     CampaignError
-        A column or a unit that cannot be used; one sentence with file, column, value and remedy.
+        A column or a unit cannot be used; one sentence with file, column, value and remedy.
     """
     channels = tuple(column for column in units if column != TIME)
     if not channels:

@@ -1,4 +1,4 @@
-"""A table of a TOML file, read key by key; a mistake is one sentence with file, key, value and remedy."""
+"""Reader of a table of a TOML file, key by key; a mistake is one sentence with file, key, value and remedy."""
 
 import difflib
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -15,22 +15,22 @@ _REQUIRED = object()
 
 @dataclass(kw_only=True)
 class TomlTable:
-    """A table that knows which of its keys have been asked for, so that what is left is unknown.
+    """Table that records which of its keys were read; `finish` refuses all others.
 
     Parameters
     ----------
     file
         Name of the file.
     path
-        Dotted path of the table; empty for the file itself.
+        Dotted path of the table; empty for the root of the file.
     values
         Keys and values.
     at
-        Place of the table in the file.
+        Position of the table in the file, as keys and indices.
     lines
-        Line of each key of the file; empty where they are not known.
+        Line of each key of the file; empty if the lines are unknown.
     known
-        Keys that have been asked for.
+        Keys that were read.
     """
 
     file: str
@@ -41,12 +41,12 @@ class TomlTable:
     known: set[str] = field(default_factory=set)
 
     def problem(self, key: str, text: str, *, show: bool = True) -> CampaignError:
-        """Error about a key, with its value if that helps."""
+        """Error about a key, with its value if `show` is true."""
         shown = f" = {_shorten(self.values[key])}" if show and key in self.values else ""
         return CampaignError(f"{self.where(key)}{shown}: {text}")
 
     def where(self, key: str = "") -> str:
-        """File, line and dotted path of a key, or of the table; a key that there is not has the line of the table."""
+        """File, line and dotted path of a key, or of the table; a missing key has the line of the table."""
         known: Path = (*self.at, key)
         while known and known not in self.lines:
             known = known[:-1]
@@ -58,16 +58,16 @@ class TomlTable:
 
     @contextmanager
     def reading(self, file: str) -> Iterator[None]:
-        """Put the table and a file before what an analysis of its signals refuses."""
+        """Prefix errors of an analysis of its signals with the place of the table and a file."""
         try:
             yield
         except CampaignError as error:
             if str(error).startswith(f"{self.file}:"):
-                raise  # it names its place already
+                raise  # the error has its place already
             raise CampaignError(f"{self.where()} ({file}): {error}") from None
 
     def take(self, key: str, kind: type, default: Any = _REQUIRED) -> Any:
-        """Value of a key, of one kind; without a default it must be there."""
+        """Value of a key, which must be of one type; without a default, the key is required."""
         self.known.add(key)
         if key not in self.values:
             if default is _REQUIRED:
@@ -84,7 +84,7 @@ class TomlTable:
         return self.problem(key, f"is missing; {remedy}")
 
     def choice(self, key: str, choices: Collection[str]) -> str:
-        """Text that is one of some words."""
+        """Text of a key, which must be one of `choices`."""
         if key not in self.values:
             self.known.add(key)
             raise self._missing(key, " or ".join(f'"{item}"' for item in choices) or "...")
@@ -98,18 +98,18 @@ class TomlTable:
     def converted(
         self, key: str, read: Callable[[object], Value], default: Value | None = None, *, example: str = "..."
     ) -> Value:
-        """Value of a key, through a function that refuses with a ValueError in words.
+        """Value of a key after conversion; a ValueError of the conversion becomes an error about the key.
 
         Parameters
         ----------
         key
             Key.
         read
-            Makes the value of what stands there.
+            Conversion of the value in the file.
         default
-            Value where the key is missing; None if it must be there.
+            Value if the key is missing; None if the key is required.
         example
-            What the key may hold, without quotes: the message about one that must be there and is missing advises it.
+            Example of a value, without quotes, for the message about a missing key.
         """
         self.known.add(key)
         if key not in self.values:
@@ -122,15 +122,15 @@ class TomlTable:
             raise self.problem(key, str(error)) from None
 
     def table(self, key: str, *, required: bool = True) -> "TomlTable":
-        """A table within; an empty one if it need not be there."""
+        """Table at a key; an empty table if the key is missing and not required."""
         return self.within(key, self.take(key, dict, _REQUIRED if required else {}))
 
     def within(self, key: str, values: Mapping[str, Any]) -> "TomlTable":
-        """Value at a key, as a table."""
+        """Table of the given values, with the position of a key."""
         return TomlTable(file=self.file, path=self._dotted(key), values=values, at=(*self.at, key), lines=self.lines)
 
     def tables(self, key: str, *, required: bool = True) -> tuple["TomlTable", ...]:
-        """An array of tables, whose paths count from 1."""
+        """Array of tables at a key; their paths count from 1."""
         values = self.take(key, list, _REQUIRED if required else [])
         if not all(isinstance(item, dict) for item in values) or (required and not values):
             raise self.problem(key, f"must be tables; write [[{key}]] above the keys of each", show=False)
@@ -140,7 +140,7 @@ class TomlTable:
         )
 
     def finish(self) -> None:
-        """Refuse keys that nothing has asked for."""
+        """Refuse keys that were not read."""
         for key in self.values:
             if key not in self.known:
                 close = difflib.get_close_matches(key, self.known, 1)
@@ -160,7 +160,7 @@ _WORDS = {
     dict: "a table of keys",
     bool: "true or false",
 }
-#: What stands at keys that must be there and hold no choice.
+#: Examples of values of required keys, for messages about missing keys.
 _EXAMPLE = {
     "schema": "1",
     "name": '"..."',

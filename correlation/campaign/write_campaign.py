@@ -1,4 +1,4 @@
-"""Write a campaign as a folder that `read_campaign` reads: SI, peak amplitudes, e^{+i k Omega t}."""
+"""Write a campaign to a folder for `read_campaign`: SI, peak amplitudes, e^{+i k Omega t}."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,8 @@ from correlation.errors import CampaignError
 def write_campaign(campaign: Campaign, folder: Path) -> None:
     """Write manifest, one table per test, one file per time record; files of these names are replaced.
 
-    Suspicions are found again by reading. Ring-downs, loops, modes and frequency responses cannot be written.
+    Suspicions are not written, since reading finds them again. Ring-downs, loops, modes and frequency responses cannot
+    be written.
 
     Parameters
     ----------
@@ -28,7 +29,7 @@ def write_campaign(campaign: Campaign, folder: Path) -> None:
     Raises
     ------
     CampaignError
-        Data that have no table here, or a test without rows, which a reader refuses.
+        The campaign has data that cannot be written, or a test without rows, which `read_campaign` refuses.
     """
     if campaign.data:
         listed = ", ".join(dict.fromkeys(f"{datum.type} {_quote_text(datum.name)}" for datum in campaign.data))
@@ -147,7 +148,7 @@ def _format_table(campaign: Campaign, test: int) -> Iterator[str]:
 
 
 def _choose_file_names(named: Sequence[object]) -> list[str]:
-    """Names that every file system takes: numbers first, so that no two are alike."""
+    """Names that are valid in every file system; they begin with numbers and are therefore unique."""
     return [
         f"{number:02d}_"
         + "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in _name(item))[:40]
@@ -160,7 +161,7 @@ def _name(named: object) -> str:
 
 
 def _quote_text(text: str) -> str:
-    # Basic strings of TOML escape like JSON does.
+    # Basic strings of TOML are escaped as in JSON.
     return json.dumps(text, ensure_ascii=False)
 
 

@@ -24,21 +24,21 @@ from geometry.name_list import join_first_names
 LEVEL_RATIO = 1.5
 #: Least exponent of a channel that follows the level, and largest exponent of one that does not [-].
 SCALES, STAYS = 0.5, 0.2
-#: Imaginary parts of a resonance are about twice the real ones; degrees are far more than metres [-].
+#: Ratio of imaginary to real parts that indicates phases in degrees: at a resonance it is about two [-].
 IMAGINARY_RATIO = 3.0
-#: Least number of rows of a run, as a share of that of most runs at the same levels; fewer are repeated states [-].
+#: Least number of rows of a run over that of the longest other run at the same levels; fewer are repeated states [-].
 A_RUN = 0.5
-#: Largest share of many repeats that agree by chance in the written digits [-].
+#: Largest fraction of many repeats that agree by chance in the written digits [-].
 BY_CHANCE = 0.01
 
 
 def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """Suspected mistakes in the data alone.
 
-    Phases in the imaginary column or missing, channels that stay constant, dead ones, sensors that stand on one point,
-    repeats that are copies or settle, sensors that are swapped in a repeat, repeats that are levels, levels,
-    frequencies, points, sensors and repeats that are missing, sweeps that run the other way, single readings of
-    exactly zero.
+    Phases in the imaginary column, or without meaning; constant harmonics and dead channels; sensors at one point;
+    repeats that are copies, settle, drift or are different levels; sensors swapped in a repeat; missing levels,
+    frequencies, points, sensors and repeats; sweeps in the opposite direction; single readings of exactly zero; forces
+    that differ from their set points.
     """
     dead = find_dead_rows(campaign)
     result = [
@@ -60,12 +60,12 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
         for item in check(campaign)
     ]
     levels = list(find_missing_levels(campaign))
-    # A test that holds several levels does not drift, nor do the gains of sensors that are swapped.
+    # Drifts are not reported for a test with undeclared levels or swapped sensors.
     others, tests = [*levels, *find_sensors_swapped_in_a_repeat(campaign)], [test.name for test in campaign.tests]
     spoiled = [where for where in map('test "{}"'.format, tests) if any(item.lies_in(where) for item in others)]
     drifts = [item for item in find_drift_suspicions(campaign) if not any(item.lies_in(where) for where in spoiled)]
     channels = find_channel_suspicions(campaign)
-    # Nor does a test change as a whole whose runs differ by a mistake, a gain or the settling of its first repeats.
+    # Trends are not reported for a test whose runs differ by a mistake, a gain or the settling of its first repeats.
     places = [item.where for item in (*others, *channels, *drifts)]
     trends = [item for item in find_trend_suspicions(campaign) if not any(item.where in where for where in places)]
     return (*result, *channels, *find_drive_suspicions(campaign), *levels, *drifts, *trends)
@@ -86,7 +86,7 @@ def _suspect_phases(campaign: Campaign) -> Iterator[Suspicion]:
         if high > LEVEL_RATIO * low:
             growth = np.log(high / low)
             real = np.log(np.median(lines[high][1].real) / np.median(value.real)) / growth
-            # Where the resonance moves with the level, the largest phase stays, and others need not.
+            # If the resonance moves with the level, the largest phase stays; other phases may change.
             imag = np.log(np.abs(lines[high][1].imag).max() / np.abs(value.imag).max()) / growth
             if real > SCALES and abs(imag) < STAYS:
                 evidence = (
@@ -118,7 +118,7 @@ def _suspect_constant_harmonics(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _suspect_sensors_at_one_place(campaign: Campaign) -> Iterator[Suspicion]:
-    """Sensors of one quantity that read one point along one axis: a remark if no test has two of them."""
+    """Sensors of one quantity at one point along one axis: a remark if no test has two of them."""
     groups: dict[tuple[object, ...], list[str]] = {}
     for sensor in campaign.sensors:
         if sensor.quantity in SI_UNIT and sensor.direction:
@@ -144,7 +144,7 @@ def _group_sensors(campaign: Campaign) -> Iterator[set[str]]:
     for test in range(len(campaign.tests)):
         yield {campaign.sensors[item].name for item in np.unique(table.sensor[table.test == test])}
     for datum in campaign.data:
-        # A type of data from outside need not say of which sensors it is.
+        # A data type of a plugin may have no attribute `sensors`.
         yield set(getattr(datum, "sensors", ()))
     for record in campaign.records:
         yield set(record.channels)
@@ -254,7 +254,7 @@ def _suspect_missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:
     for number, sensor in enumerate(campaign.sensors):
         there = [bool((table.sensor[table.test == test] == number).any()) for test in range(len(campaign.tests))]
         for test, has_sensor in zip(campaign.tests, there, strict=True):
-            # Without its contacts a structure has no contact forces.
+            # A structure without contacts has no contact forces.
             if (
                 not has_sensor
                 and any(there)
@@ -289,7 +289,7 @@ def _suspect_sweeps(campaign: Campaign) -> Iterator[Suspicion]:
             by_order = np.lexsort((table.order, table.repeat, table.level))
             run = np.stack([table.level, table.repeat])[:, by_order]
             rise = np.diff(table.frequency[by_order])
-            # Only within a run; an order that counts whole runs says nothing about the points in them.
+            # Only within a run, and not if all points of a run have the same order.
             step = (run[:, 1:] == run[:, :-1]).all(axis=0) & (np.diff(table.order[by_order]) > 0) & (rise != 0)
             wrong = int((rise[step] * sweep < 0).sum())
             if step.sum() >= 3 and wrong > 0.5 * step.sum():

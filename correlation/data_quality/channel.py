@@ -76,7 +76,7 @@ def _suspect_constant_phase(campaign: Campaign) -> Iterator[Suspicion]:
 def _suspect_phase(sensor: str, spreads: dict[str, float]) -> Suspicion:
     """Suspicion about phases that hardly change over the peaks of some tests, with one explanation for all."""
     degrees = [float(np.degrees(spread)) for spread in spreads.values()]
-    # Where a phase is in radians once, it is nothing else elsewhere: that of the force may add to it.
+    # A phase in radians in one test is in radians in all tests, where the phase of the force may be added to it.
     in_radians = any(AS_RADIANS[0] < item < AS_RADIANS[1] for item in degrees)
     asked = (
         "is it in radians but declared in degrees? If so, write rad as the unit of the phase"

@@ -41,7 +41,7 @@ def find_conjugate_tests(
     table
         Features as measured.
     predicted
-        The model's, row by row, shape (k,).
+        Prediction of the model for each row, shape (k,).
     """
     phased = np.array([sensor.has_phase for sensor in campaign.sensors])[table.sensor]
     for number, test in enumerate(campaign.tests):
@@ -49,7 +49,7 @@ def find_conjugate_tests(
         weight = np.zeros(len(campaign.sensors))
         np.maximum.at(weight, table.sensor[here], np.abs(table.value[here]))
         scaled = table.value / np.where(weight > 0, weight, 1.0)[table.sensor]
-        # The sign of the force would turn all of them: that of single sensors alone is suspected.
+        # An opposite sign of all sensors may be that of the force: it is suspected for single sensors only.
         if (judged := _judge(scaled[here], predicted[here])) and judged[0] == CONJUGATE:
             yield Suspicion(
                 where=f'test "{test.name}"',
@@ -142,7 +142,7 @@ def _judge(value: Values, expected: Values) -> tuple[str, float, float] | None:
     size: Float[NDArray[np.float64], " n"] = np.abs(value)
     if len(value) < FEWEST or not size.sum():
         return None
-    # Only the phase of what is expected counts: its peak may lie elsewhere.
+    # Only the phases of the expected values are used: their peak may lie elsewhere.
     phase = expected[there] / np.abs(expected[there])
     own = float((value * phase.conj()).real.sum() / size.sum())
     conjugate = float((value * phase).real.sum() / size.sum())

@@ -20,7 +20,7 @@ from correlation.prediction import Points
 from correlation.row_group import group_medians, group_rows
 
 #: Least ratio of the error of one channel to the misfit of the model at the others; tolerances for a known factor, as a
-#: multiple of that misfit and as a share of its logarithm [-].
+#: multiple of that misfit and as a fraction of its logarithm [-].
 BESIDE, WITHIN, NEAR = 4.0, 3.0, 1 / 8
 #: Tolerance within which a factor of amplitudes, or a common one of all channels, differs from a model error [-]: the
 #: readings of a channel have it within their scatter, and a model with an error of 40 % hardly does.
@@ -58,7 +58,7 @@ class _Readings:
 def find_constant_factors(
     campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]
 ) -> tuple[Suspicion, ...]:
-    """Channels that read a factor of units or of amplitudes too much, one alone or all alike.
+    """Channels whose readings have the factor of a wrong unit or kind of amplitude: all of them, or single ones.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def _find_common_factor(campaign: Campaign, readings: _Readings, sensors: list[i
     if miss < FACTOR_TOLERANCE:
         true, read = known[factor]
         asked, correction = _format_question(true, read, "their"), "correct the column unit"
-        if factor in AMPLITUDES:  # convention.amplitude is that of the force as well: their ratio stays
+        if factor in AMPLITUDES:  # convention.amplitude also applies to the force, which keeps their ratio
             asked = f"are the responses {true} values, and the forces {read}?"
             correction = "convert one of them, and state the common convention in convention.amplitude"
         yield Suspicion(
@@ -139,7 +139,7 @@ def _find_channel_factor(campaign: Campaign, readings: _Readings, sensors: list[
 
 
 def _compute_ratios_to_others(readings: _Readings, sensor: int) -> Complex[NDArray[np.complex128], " n"]:
-    """Ratios of one channel by the medians of the others in the same states; NaN in rows of others, or without any."""
+    """Ratios of one channel relative to the medians of the others in the same states; NaN in all other rows."""
     own = readings.sensor == sensor
     state, number = np.unique(readings.state[~own], return_inverse=True)
     usual = np.full(readings.state.max() + 1, np.nan, dtype=np.complex128)
@@ -149,7 +149,7 @@ def _compute_ratios_to_others(readings: _Readings, sensor: int) -> Complex[NDArr
 
 
 def _find_constant_ratio(readings: _Readings, rows: Bool[NDArray[np.bool_], " n"], ratio: Ratios) -> float:
-    """Median of some ratios, if every run has it and most points do; NaN if not."""
+    """Median of ratios, if it applies to every run and to most points; else NaN."""
     values = ratio[rows]
     if len(values) < FEWEST:
         return np.nan
@@ -160,7 +160,7 @@ def _find_constant_ratio(readings: _Readings, rows: Bool[NDArray[np.bool_], " n"
 
 
 def _find_nearest(known: Mapping[float, tuple[str, str]], factor: float) -> float:
-    """The known factor nearest to one of some logarithm."""
+    """Known factor nearest to the factor with a given logarithm."""
     return min(known, key=lambda item: abs(np.log(item) - factor))
 
 

@@ -45,7 +45,7 @@ def name_derived_quantity(
         alike = not power or (turns - power) % 4 or abs(float(np.median(size))) < SIZE
         if unit is None or alike or abs(middle - ten * np.log(10)) > UNIT:
             continue
-        # Over a narrow band omega changes little, but it must not make the ratios less alike.
+        # Over a narrow band omega changes little, but the power of it must not increase the scatter of the ratios.
         if np.std(left) <= np.std(size):
             return f"{'an' if other == 'acceleration' else 'a'} {other} in {unit}"
     return ""

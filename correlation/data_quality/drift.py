@@ -18,8 +18,7 @@ FEWEST_REPEATS, FEWEST = 3, 8
 #: Probability of a significant factor of any sensor of a test by chance [-]. Of 600 clean random campaigns of two
 #: sensors (`benchmarks.data_quality`) and of 451 of 20 sensors none raises an alarm.
 BY_CHANCE = 0.01
-#: Standard deviation of a median of n normal numbers, by that of the numbers over sqrt(n), and that by their median
-#: modulus [-].
+#: Standard deviation of the median of n normal numbers, times sqrt(n) over the median of their moduli [-].
 OF_MEDIAN = np.sqrt(np.pi / 2) / ndtri(0.75)
 
 #: ln of the readings, less its mean over the repeats, at n points in r repeats [-].
@@ -46,7 +45,7 @@ def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
         if test.settling:
             continue  # its readings differ since they settle
         repeats, values, *_ = arrange_repeats(campaign.measurement.where(campaign.measurement.test == number), sensors)
-        with np.errstate(divide="ignore", invalid="ignore"):  # a reading of zero has no share
+        with np.errstate(divide="ignore", invalid="ignore"):  # a reading of zero has no logarithm
             size = np.log(np.abs(values))
             share = np.where(
                 np.isfinite(size).all(axis=2, keepdims=True), size - size.mean(axis=2, keepdims=True), np.nan

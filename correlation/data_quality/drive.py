@@ -13,8 +13,8 @@ from correlation.row_group import group_rows
 #: Forces of one level.
 Forces = Float[NDArray[np.float64], " f"]
 
-#: A level is not reached if the ratio of its largest force to its set point is below this share of that of the lowest
-#: level [-].
+#: A level is not reached if the ratio of its largest force to its set point is below this fraction of the median ratio
+#: of the lowest level [-].
 REACHED = 0.95
 #: Forces within this relative difference are at the same limit [-].
 LIMIT_TOLERANCE = 0.005
@@ -101,7 +101,7 @@ def list_likely_units(factor: float, unit: str) -> list[str]:
     factor
         Measured forces over their set points [-].
     unit
-        Unit that both are said to have.
+        Stated unit of forces and set points.
     """
     si = next((si for si in UNITS if find_root_units(si)[1] == find_root_units(unit)[1]), "")
     return [
@@ -170,7 +170,7 @@ def is_in_cycle(meant: Mapping[float, float], level: float) -> bool:
 
 
 def _suspect_clipping(forces: Mapping[float, Forces], unit: str) -> Iterator[tuple[float, str]]:
-    """Levels that the force does not reach although it reaches the lowest one, with messages."""
+    """Levels that the force does not reach, relative to the lowest level, with messages."""
     if len(forces) < 2:
         return
     lowest, *higher = forces

@@ -14,7 +14,7 @@ SAME_FREQUENCY, SAME_AFTER_CORRECTION = 0.25, 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class WrongUnit:
-    r"""A mistake of the unit.
+    r"""Mistake of a frequency unit.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class WrongUnit:
     words
         The factor in words.
     stated, likely
-        Stated unit, if a reader converts from it to Hz, and likely unit of the values.
+        Stated unit, from which the reader converts to Hz, and likely unit of the values.
     """
 
     factor: float
@@ -46,8 +46,8 @@ def find_wrong_frequency_unit(distance: Callable[[float], Float[NDArray[np.float
     Parameters
     ----------
     distance
-        For a factor on the model's frequencies: distance of each measured resonance from the nearest that may be it, in
-        the natural logarithm, shape (m,); infinite without any.
+        Function of a factor on the model's frequencies: distance of each measured resonance from the nearest resonance
+        that may correspond to it, in the natural logarithm, shape (m,); infinite without any.
     """
     apart = distance(1.0)
     if not len(apart) or apart.min() < SAME_FREQUENCY:

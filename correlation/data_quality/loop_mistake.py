@@ -31,9 +31,9 @@ def find_loop_mistake(model: Model, loop: ForceLoop) -> Iterator[Suspicion]:
     Parameters
     ----------
     model
-        A model.
+        Model.
     loop
-        Loop under an imposed displacement; one of a contact line has its amplitude from the level.
+        Loop. That of a contact line is not checked, since its amplitude follows from the level.
 
     Raises
     ------
@@ -66,13 +66,13 @@ def find_loop_mistake(model: Model, loop: ForceLoop) -> Iterator[Suspicion]:
 
 
 def _change_loop(loop: ForceLoop, scale: tuple[float, float], offset: tuple[float, float]) -> ForceLoop:
-    """The loop with scaled signals and offsets."""
+    """Loop with its signals shifted and then scaled."""
     x, f = scale[0] * (loop.displacement + offset[0]), scale[1] * (loop.force + offset[1])
     return replace(loop, displacement=x, force=f, loops=analyse_loop(x, f))
 
 
 def _compute_misfit(model: Model, loop: ForceLoop) -> float:
-    """Root mean square error [standard deviations]; infinite without a prediction of each number."""
+    """Root mean square error of the features [standard deviations]; infinite without a prediction of all of them."""
     features = compute_loop_features(loop)
     error = (predict_loop(model, loop) - features.value) / features.deviation
     return float(np.sqrt(np.mean(error**2))) if len(error) and np.isfinite(error).all() else np.inf

@@ -11,7 +11,7 @@ from correlation.data_quality.repeat_array import arrange_repeats
 
 #: Largest usual ratio of repeats, by a drifting gain or a reassembled joint [-].
 FACTOR = 1.5
-#: Least share of the points that differ by more than that, and least number of points.
+#: Least fraction of the points that differ by more than that, and least number of points.
 SHARE, FEWEST = 0.9, 5
 
 

@@ -20,12 +20,12 @@ FEWEST = 3
 #: Two sensors are suspected if the error of their ratio exceeds this (natural logarithm, a factor of 1.5) [-], or the
 #: smaller one if all other sensors agree,
 SWAPPED, SMALL = 0.4, 0.04
-#: and if swapping them reduces it to at most this share [-].
+#: and if swapping them reduces it to at most this fraction [-].
 AFTER_SWAPPING = 1 / 3
 
 
 def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> tuple[Suspicion, ...]:
-    """Whether a frequency column is in rad/s or kHz though the manifest says Hz, or the other way round.
+    """Tests whose frequency column is probably in rad/s or kHz though the manifest states Hz, or the reverse.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> t
 
     Returns
     -------
-    One for each test whose resonance is none of the model's, but one of these units makes it one.
+    One suspicion for each test whose resonance agrees with one of the model only after such a change of the unit.
     """
     model = np.asarray(model_frequencies, dtype=np.float64)
     model = model[model > 0]
@@ -63,8 +63,8 @@ def find_swapped_sensors(
     r"""Pairs of sensors of one quantity, of forces along and across a line too, that agree only if they are swapped.
 
     The ratio of two channels, :math:`z = \sum \bar{x}_j x_i / \sum |x_j|^2`, is that of their mode shape and does not
-    move with the resonance; swapped sensors have :math:`1/z`. A small difference is evidence where the ratios to every
-    other sensor say the same.
+    move with the resonance; swapped sensors have :math:`1/z`. A small difference is evidence if the ratios to every
+    other sensor confirm it.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def find_swapped_sensors(
     table
         Features as measured.
     predicted
-        The model's, row by row, shape (k,).
+        Prediction of the model for each row, shape (k,).
     """
     n = len(campaign.sensors)
     measured, model = np.full((2, n, n), np.nan, dtype=np.complex128)
@@ -173,7 +173,7 @@ def _compute_distance(
 def _compute_nearest_distance(
     model: Float[NDArray[np.float64], " m"], low: float, high: float, factor: float
 ) -> Float[NDArray[np.float64], " 1"]:
-    """That of the nearest resonance, with a factor on all of them."""
+    """Distance of the nearest resonance from the band, with a factor on all resonances, shape (1,) [-]."""
     return np.asarray(_compute_distance(factor * model, low, high).min(keepdims=True))
 
 

@@ -1,4 +1,4 @@
-"""Ratios of readings to a model."""
+"""Ratios of readings to the predictions of a model."""
 
 from functools import lru_cache
 
@@ -13,7 +13,7 @@ from correlation.row_group import group_medians, group_rows
 
 #: Least ratio of a reading to its noise, or to the median distance of the repeats from their median [-].
 MIN_READING_OVER_NOISE = 3.0
-#: Least share of the readings of a sensor at a level above the noise, for a ratio [-].
+#: Least fraction of the readings of a sensor at a level above the noise, for a ratio [-].
 MIN_CLEAR_SHARE = 0.5
 #: Least number of repeats of a point for its scatter, one of which may be wrong.
 FEWEST = 3
@@ -41,7 +41,7 @@ def find_model_ratios(
     return table.where(there), np.asarray(table.value[there] / model[there])
 
 
-@lru_cache(maxsize=2)  # several checks of one comparison ask
+@lru_cache(maxsize=2)  # several checks of one comparison use it
 def _stands_out(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
     """Mask of readings above their stated noise and the scatter of their repeats, if most of their kind are, (k,).
 

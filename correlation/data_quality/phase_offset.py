@@ -55,11 +55,11 @@ def find_phase_offset(
     Parameters
     ----------
     value, expected
-        Values, and what they should be, shape (n,); those that are zero or not finite count as none.
+        Values and expected values, shape (n,); values that are zero or not finite are left out.
     frequency
-        Frequency of each [Hz], each one once in a curve.
+        Frequency of each value, different within a curve, shape (n,) [Hz].
     curve
-        Number of its curve.
+        Number of the curve of each value, shape (n,).
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         apart, level = np.log(value / expected), np.log(expected)

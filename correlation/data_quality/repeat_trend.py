@@ -25,7 +25,7 @@ from correlation.data_quality.repeat_array import RepeatArray, arrange_repeats
 
 #: Least number of repeats for a trend, and of points common to all of them.
 FEWEST_REPEATS, FEWEST = 3, 8
-#: Least share of the points of a test in a repeat [-].
+#: Least fraction of the points of a test in a repeat [-].
 MOST_READ = 0.5
 #: Numbers of random rotations, their seed, and the probability below which the larger number is used. A probability of
 #: 0.27 % then has a relative standard deviation of 9 %.
@@ -125,7 +125,7 @@ def _find_times(table: Measurement, read: RepeatArray) -> Times:
 
 
 def _compute_chance(read: RepeatArray, time: Times) -> float:
-    """Share of random rotations of all times along which the repeats differ at least as much."""
+    """Fraction of random rotations of all times along which the repeats differ at least as much."""
     basis = _find_contrasts(len(read.repeat))
     kinds, number = np.unique(np.round(time @ basis / SAME_TIME), axis=0, return_inverse=True)
     kinds, number = kinds * SAME_TIME, number.ravel()

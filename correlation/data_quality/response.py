@@ -24,12 +24,12 @@ from correlation.model import Model
 
 Frequencies = Float[NDArray[np.float64], " m"]
 
-#: Least MAC of a partner, if there are shapes [-].
+#: Least MAC of a measured mode and a corresponding mode of the model, if there are shapes [-].
 MIN_MAC = 0.8
 
 
 def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspicion, ...]:
-    """Frequencies in another unit, swapped and reversed sensors, sizes of responses, clocks of decays, units of loops.
+    """Suspected mistakes of frequency units, sensors, sizes of responses, time bases of decays and units of loops.
 
     Parameters
     ----------
@@ -47,9 +47,9 @@ def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspi
         try:
             result += _suspect_frequency_unit(model, name, modes) or _suspect_sensors(model, name, modes)
         except CampaignError:
-            continue  # the comparison says it: a sensor that the model has not
+            continue  # a sensor that the model lacks is reported by the comparison
     for item in data:
-        with suppress(CampaignError):  # the same
+        with suppress(CampaignError):  # as above
             if isinstance(item, MeasuredResponse):
                 result += find_wrong_size(model, item)
             if isinstance(item, FreeDecay):

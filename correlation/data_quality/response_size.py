@@ -26,17 +26,17 @@ class _ClearFactor(NamedTuple):
     """Conditions for a common factor of measured to predicted residues that is not an error of the model."""
 
     n_ratio: int
-    """Ratios at least [-]."""
+    """Least number of ratios [-]."""
     least: float
-    """Their median at least [-]."""
+    """Least median of the ratios [-]."""
     spreads: float
-    """Logarithm of the median over the distance from it within which `MIN_SHARE_WITHIN_SPREAD` of them are [-]."""
+    """Least ratio of the logarithm of the median to the spread: `MIN_SHARE_WITHIN_SPREAD` are within the spread [-]."""
 
 
 #: Of 20,000 random chains of up to six masses, with individual and common errors of masses and springs of 2 to 40 %,
 #: 0.04, 0.4 and 0.7 % of those with 5 ratios, 3 and fewer pass; with errors of up to 20 %, 0, 0.04 and 0.1 % do.
 CLEAR_FACTORS = (_ClearFactor(5, 1.25, 8.0), _ClearFactor(3, 3.0, 3.0), _ClearFactor(1, 10.0, 2.0))
-#: Share of the ratios within their spread [-].
+#: Fraction of the ratios within their spread [-].
 MIN_SHARE_WITHIN_SPREAD = 0.9
 #: Least motion of a sensor in a mode of the model, relative to the largest one, for the sensor to show the mode [-].
 MOVES = 0.1
@@ -62,14 +62,14 @@ def find_wrong_size(model: Model, response: MeasuredResponse) -> Iterator[Suspic
     Parameters
     ----------
     model
-        With the sensors of the campaign.
+        Model with the sensors of the campaign.
     response
         Measured responses with their modes.
 
     Raises
     ------
     CampaignError
-        A sensor that the model has not as one of motion.
+        The model has no motion sensor with the name of a sensor of the response.
     """
     ratios = _read_ratios(model, response)
     sensors = list_motion_sensors(model, response.sensors)
@@ -90,7 +90,7 @@ def _read_ratios(model: Model, response: MeasuredResponse) -> _Ratios:
     system = model.in_configuration(response.configuration).system
     sensors = list_motion_sensors(model, response.sensors)
     rows = np.array([sensor.gain * sensor.row for sensor in sensors])
-    # The gain of a sensor or drive in volts or percent is not known, and any factor may be it.
+    # The gain of a sensor or drive in volts or percent is unknown, so that any factor is possible.
     calibrated = np.array(
         [
             unit.partition(" per ")[0] in {SI_UNIT[sensor.quantity], ROTATION_UNIT[sensor.quantity]}

@@ -43,7 +43,7 @@ def find_swapped_forces(
     table
         Features as measured.
     predicted
-        The model's, row by row, shape (k,).
+        Prediction of the model for each row, shape (k,).
     """
     scatter = _scatter(campaign.measurement, table)
     every = np.ones(len(table.value), dtype=np.bool_)

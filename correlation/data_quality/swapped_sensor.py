@@ -18,12 +18,11 @@ from correlation.campaign.measurement import SWEEPS, Campaign, MeasuredSensor, S
 from correlation.data_quality.logarithm import wrap_phases
 from correlation.data_quality.repeat_array import RepeatArray, arrange_repeats
 
-#: A swap is detectable at a point if it changes q by more than this, and by more than the scatter of the runs does with
-#: this probability in all parts, repeats and pairs of a test (Student, Bonferroni) [-].
+#: A swap is detectable at a point if it changes q by more than the first value [-], and by more than the scatter of the
+#: runs does with the second value as probability over all parts, repeats and pairs of a test (Student, Bonferroni) [-].
 MIN_CHANGE, BY_CHANCE = 0.04, 0.01
-#: Least number of these points, and least share of them (more than one of two runs has) at which the channels agree
-#: with the other repeats within the smaller share of the change if swapped, but not within the larger one as they are
-#: [-].
+#: Least number of these points, and least fraction of them (more than one of two runs has) at which the channels agree
+#: with the other repeats within the fraction `NEAR` of the change if swapped, but not within `FAR` as measured [-].
 FEWEST, MOST, NEAR, FAR = 5, 0.6, 1 / 4, 3 / 4
 #: Of two repeats, one is wrong if its distance from the other levels exceeds this multiple of that of the other [-].
 CLEARER = 2.0
@@ -49,7 +48,7 @@ class _RepeatDeviation(NamedTuple):
 class _Swap(NamedTuple):
     """Distance of a part of a repeat from the others, as measured and with swapped channels, over that change.
 
-    Medians [-]; then the column of the repeat, -1 for one of two, and the part in words.
+    Both are medians [-]. The column is that of the repeat, -1 if it may be either of two; the part is in words.
     """
 
     own: float
@@ -121,7 +120,7 @@ def _find_swaps(arranged: RepeatArray, q: Logarithms, level_unit: str, chance: f
     for parts in stages:
         swaps = [_find_clearest_swap(arranged, q, deviation, mask, words, chance_of_one) for words, mask in parts]
         result = [swap for swap in swaps if swap is not None]
-        # Most of a repeat is not all of it.
+        # A whole repeat is not swapped if one of its levels agrees with the others as measured.
         if parts is stages[0] and any(_agrees(deviation, mask, swap.column) for swap in result for _, mask in levels):
             continue
         if result:
@@ -143,14 +142,14 @@ def _compare_with_others(q: Logarithms) -> _RepeatDeviation:
         result.change[there, column] = np.abs(wrap_phases(2 * usual))
         if len(columns) > 1:
             apart = np.abs(wrap_phases(rest - usual[:, None])) ** 2
-            count = np.isfinite(apart).sum(axis=1) - 1  # the median takes one
+            count = np.isfinite(apart).sum(axis=1) - 1  # the median uses one degree of freedom
             with np.errstate(divide="ignore", invalid="ignore"):
                 result.scatter[there, column] = np.sqrt(np.nansum(apart, axis=1) / count)
     return result
 
 
 def _agrees(deviation: _RepeatDeviation, part: Mask, column: int) -> bool:
-    """Whether a part of a repeat, -1 for one of two, agrees with the others as it is."""
+    """Whether a part of a repeat, -1 for one of two, agrees with the others as measured."""
     # Of two repeats the first represents both.
     own, swapped, change, _ = (values[part, column if values.shape[1] > 1 else 0] for values in deviation)
     there = np.isfinite(own) & (change > MIN_CHANGE)
@@ -160,14 +159,14 @@ def _agrees(deviation: _RepeatDeviation, part: Mask, column: int) -> bool:
 def _find_clearest_swap(
     arranged: RepeatArray, q: Logarithms, deviation: _RepeatDeviation, part: Mask, words: str, chance: float
 ) -> _Swap | None:
-    """The clearest repeat whose channels are swapped in a part of the points; None if they are in no one."""
+    """The clearest repeat whose channels are swapped in a part of the points; None if there is none."""
     result = []
     count = q.shape[1]
     for column in range(deviation.own.shape[1]):
         own, swapped, change, scatter = (values[:, column] for values in deviation)
         if count > 2:
             usual = _compute_scatter_quantile(arranged.level, scatter, 2 * (count - 2), chance)
-        else:  # all other runs of both say what is usual
+        else:  # the reference is the scatter in all other runs of both repeats
             usual = _compute_scatter_quantile(arranged.level[~part], own[~part], 2, chance)
         with np.errstate(invalid="ignore"):
             tells = part & (change > max(MIN_CHANGE, usual))
@@ -183,7 +182,10 @@ def _find_clearest_swap(
 def _compute_scatter_quantile(
     level: Float[NDArray[np.float64], " n"], scatter: Float[NDArray[np.float64], " n"], freedom: int, chance: float
 ) -> float:
-    """What scatter makes of q by chance, from its medians at each level, which have so many degrees of freedom each."""
+    """Deviation of q that scatter exceeds with a probability of `chance`.
+
+    The scatter is the root mean square of its medians at each level, which have `freedom` degrees of freedom each.
+    """
     known = np.isfinite(scatter)
     medians = [float(np.median(scatter[known & (level == one)])) for one in np.unique(level[known])]
     if not medians:
@@ -192,7 +194,7 @@ def _compute_scatter_quantile(
 
 
 def _find_odd_repeat(arranged: RepeatArray, q: Logarithms, part: Mask) -> int:
-    """The one of two repeats that is further from the same frequencies at other levels; -1 if undecided."""
+    """Column of the one of two repeats that is further from other levels at equal frequencies; -1 if undecided."""
     rest = q[~part]
     distances = []
     for frequency, own in zip(arranged.frequency[part], q[part], strict=True):
@@ -209,5 +211,5 @@ def _compute_median(q: Complex[NDArray[np.complex128], "n r"]) -> Complex[NDArra
     """Median over the available columns, with phases relative to the first of them."""
     first = q[np.arange(len(q)), np.argmax(np.isfinite(q), axis=1)]
     apart = wrap_phases(q - first[:, None])
-    median = np.median if np.isfinite(apart).all() else np.nanmedian  # the latter takes ten times as long
+    median = np.median if np.isfinite(apart).all() else np.nanmedian  # nanmedian takes ten times as long
     return np.asarray(first + median(apart.real, axis=1) + 1j * median(apart.imag, axis=1))

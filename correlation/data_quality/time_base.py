@@ -34,7 +34,7 @@ def find_wrong_time_base(model: Model, decay: FreeDecay) -> Iterator[Suspicion]:
     Parameters
     ----------
     model
-        A model.
+        Model.
     decay
         Ring-down with its modes.
     """

@@ -11,8 +11,8 @@ from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.repeat_trend import Trend, find_trend
 from geometry.plain_number import format_number, percent
 
-#: Significance level of a trend in any test of a campaign, that of three standard deviations; and least probability
-#: that is reported as a number [-].
+#: Significance level of a trend in any test of a campaign, equal to that of three standard deviations; and least
+#: probability that is reported as a number [-].
 CHANCE, LEAST_CHANCE = 0.0027, 1e-4
 #: Least reported change from the first repeat to the last one, relative to the readings, root mean square; and least
 #: reported one if the repeats are too few for a significant order. The usual differences of repeats, 0.03 % of
@@ -20,7 +20,7 @@ CHANCE, LEAST_CHANCE = 0.0027, 1e-4
 LEAST, LARGE = 0.02, 0.1
 #: Number of repeats whose order alone is significant: a chance of one in 2,520.
 ENOUGH_REPEATS = 7
-#: Least share of a change explained by its cause [-], and least number of points of a curve for its slope.
+#: Least fraction of a change explained by its cause [-], and least number of points of a curve for its slope.
 PLAIN, SLOPE = 0.8, 5
 
 Change = Complex[NDArray[np.complex128], "s n"]
@@ -38,7 +38,7 @@ def find_trend_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
     for number, test in enumerate(campaign.tests):
         trend = find_trend(campaign.measurement.where(campaign.measurement.test == number), sensors)
         if trend is None or test.settling:
-            continue  # the readings of one that settles are no repeats
+            continue  # the readings of a settling test are not repeats
         n_repeat, chance = len(trend.read.repeat), _format_chance(trend.chance)
         by_order = 2 / factorial(n_repeat)
         if trend.chance < CHANCE / len(campaign.tests) and trend.size >= LEAST:

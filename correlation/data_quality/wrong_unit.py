@@ -26,9 +26,9 @@ BESIDE, MODEL = 0.1, 0.3
 #: the same channel is correct elsewhere.
 WRONG_MODEL = 1.7
 #: Least logarithm of the factor on all motions at a suspected level [-]: a factor of 1.25; and least ratio of it to the
-#: distance of most readings, this share of them, in amplitude or phase. A wrong level is one factor at all frequencies,
-#: a shifted resonance is not: of 20,000 random models with errors of up to four half-widths of a peak, 0 look like one
-#: (1 in 6 by the size of the factor alone), and 97 % of 5,000 wrong levels are still found.
+#: distance of most readings, the fraction `MOST` of them, in amplitude or phase. A wrong level is one factor at all
+#: frequencies, a shifted resonance is not: of 20,000 random models with errors of up to four half-widths of a peak, 0
+#: look like one (1 in 6 by the size of the factor alone), and 97 % of 5,000 wrong levels are still found.
 ONE_LEVEL, CONSTANT, MOST = 0.1, 1.5, 0.9
 #: Possible wrong unit of a value, by the power of ten of its ratio to SI.
 UNITS = {

@@ -6,7 +6,7 @@ import numpy as np
 
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Suspicion
 
-#: Largest share of single zero readings of a channel [-]; a channel with more is dead in a part of its rows.
+#: Largest fraction of single zero readings of a channel [-]; a channel with more is dead in a part of its rows.
 SINGLE = 0.1
 
 

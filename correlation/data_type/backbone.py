@@ -1,8 +1,8 @@
-r"""Backbone of a model: frequency and damping ratio of one mode against its amplitude, as a free decay passes them.
+r"""Backbone of a model: frequency and damping ratio of one mode against its amplitude, as in a free decay.
 
-A mode is held at resonance by a force in proportion to its inertia, :math:`F M \varphi \cos \Omega t`. Where the
-response of the sensor lags by a quarter of a period, this force balances the dissipation alone, and the motion is that
-of the free decay at this amplitude. With the work per cycle W and the largest kinetic energy E of the first harmonic,
+A mode is held at resonance by a force in proportion to its inertia, :math:`F M \varphi \cos \Omega t`. If the modal
+coordinate lags the force by a quarter of a period, the force balances the dissipation alone, and the motion is that of
+the free decay at this amplitude. With the work per cycle W and the largest kinetic energy E of the first harmonic,
 
 .. math:: \zeta = \frac{W}{4 \pi E}, \quad W = -\pi F \varphi^T M \operatorname{Im} X_1, \quad
           E = \tfrac{1}{2} \Omega^2 X_1^H M X_1 .
@@ -33,43 +33,44 @@ from reduction.stuck import stick_at_rest
 
 Real = Float[NDArray[np.float64], " k"]
 
-#: Amplitudes from one level to the next, and how far the levels reach beyond the amplitudes asked for [-].
+#: Ratio of the modal amplitudes of two successive levels, and factor of the levels beyond the wanted amplitudes [-].
 NEXT, MARGIN = 1.15, 1.4
-#: Step of the search for the phase resonance, in damping ratios, and the least one; accuracy of the frequency [-].
+#: First step of the search for the phase resonance over the damping ratio; smallest step and accuracy, relative to the
+#: frequency [-].
 STEP, LEAST_STEP, ACCURACY = 0.5, 1e-6, 1e-8
-#: Damping ratio that is assumed where the linear structure has none [-].
+#: Smallest damping ratio of the linear structure for the first level [-].
 UNDAMPED = 1e-6
-#: Share of a mode's largest motion below which a sensor does not see it [-].
+#: Motion at a sensor, relative to the largest motion of the mode, below which the mode is not visible [-].
 UNSEEN = 1e-9
-#: A mode further off than this factor is no partner of a measured one [-].
+#: Largest ratio of the frequencies of a measured mode and a mode of the model that are paired [-].
 MAX_FREQUENCY_FACTOR = 1.5
-#: Steps of one search, and levels at most.
+#: Largest number of steps of one search, and of levels.
 MOST_STEPS, MOST_LEVELS = 60, 120
 
 
 @on_one_blas_thread
 def predict_backbone(model: Model, sensor: str, near: float, amplitudes: Real) -> tuple[Real, Real]:
-    """Frequencies [Hz] and damping ratios [-] at some amplitudes of a sensor's first harmonic, shape (k,) each.
+    """Frequencies [Hz] and damping ratios [-] at amplitudes of a sensor's first harmonic, shape (k,) each.
 
     Parameters
     ----------
     model
-        What vibrates; its own loads are left out, but for the static ones.
+        Model; of its loads only the static ones are applied.
     sensor
-        Name of a sensor of motion; amplitudes are in the unit of its quantity.
+        Name of a motion sensor; amplitudes are in the unit of its quantity.
     near
-        Frequency of the mode [Hz]: the linear one that is nearest with all closed contacts stuck.
+        Frequency [Hz] near that of the mode, which is the nearest linear mode with all closed contacts stuck.
     amplitudes
-        Above zero, shape (k,) [SI unit of the sensor].
+        Positive amplitudes, shape (k,) [SI unit of the sensor].
 
     Returns
     -------
-    NaN at amplitudes that no steady state was found for, and at all if no mode is within a factor of 1.5.
+    NaN at amplitudes without a steady state, and at all amplitudes if no mode is within a factor of 1.5.
 
     Raises
     ------
     CampaignError
-        The model has no such sensor of motion, or the sensor does not see the mode.
+        The model has no such motion sensor, or the mode is not visible at the sensor.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -96,7 +97,7 @@ def predict_backbone(model: Model, sensor: str, near: float, amplitudes: Real) -
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Mode:
-    """A balance under a force of one mode, the mode's shape at unit modal mass, frequency and damping ratio."""
+    """Balance under the force of one mode, with shape at unit modal mass, frequency and damping ratio of the mode."""
 
     balance: HarmonicBalance
     shape: Real
@@ -128,7 +129,7 @@ def _make_driven_mode(model: Model, near: float) -> _Mode:
 
 
 def _follow(mode: _Mode, sensor: Sensor, first: float, highest: float) -> list[tuple[float, float, float]]:
-    """Amplitude, frequency [Hz] and damping ratio at rising levels, from a modal amplitude on to one of the sensor."""
+    """Amplitude, frequency [Hz] and damping ratio at rising levels, from a modal amplitude to a sensor amplitude."""
     points: list[tuple[float, float, float]] = []
     omega, damping, coordinate = mode.angular_frequency, mode.damping_ratio, first
     state: SteadyState | None = None
@@ -154,7 +155,7 @@ def _follow(mode: _Mode, sensor: Sensor, first: float, highest: float) -> list[t
 def _find_phase_resonance(
     mode: _Mode, balance: HarmonicBalance, omega: float, damping: float, before: SteadyState | None
 ) -> SteadyState | None:
-    """The state at which the modal coordinate lags by a quarter of a period; none if no search arrives there."""
+    """Steady state whose modal coordinate lags the force by a quarter of a period; None if the search fails."""
     from scipy.optimize import brentq
 
     last: list[SteadyState] = [] if before is None else [before]
@@ -163,7 +164,7 @@ def _find_phase_resonance(
         """Part of the modal coordinate in phase with the force: positive below the resonance, negative above."""
         state = steady_state(balance, at, start=last[-1] if last else None)
         value = mode.coordinate(state).real
-        # The upper branch is followed: a state far beyond the resonance is no start for the next.
+        # States above the resonance are not used as a start: the search stays on the upper branch.
         if value > 0 or not last:
             last.append(state)
         return value

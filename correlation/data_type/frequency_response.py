@@ -1,7 +1,7 @@
 """Frequency responses of a test with broadband excitation: measured by the analyser, or estimated from a record.
 
-They say what the structure does at one level, about which it is taken as linear. With the level stated they also count
-as steady states of that level, thinned to where they change; without it they give modes alone.
+The structure is taken as linear at the level of the test. If the level is stated, the responses are also used as
+steady states of that level, thinned to the lines at which they change; otherwise only their modes are used.
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,21 +39,21 @@ from correlation.signal.record import note_rounded_time
 Frequencies = Float[NDArray[np.float64], " f"]
 
 ESTIMATORS = ("H1", "H2")
-#: Columns of an entry that are no sensor.
+#: Columns of an entry that are not sensors.
 OWN = ("frequency", "time", "force")
-#: Steady states that a response is thinned to, and the coherence below which a point is left out [-].
+#: Largest number of steady states of a response, and smallest coherence of a steady state [-].
 MOST_STATES, COHERENT = 60, 0.8
-#: A coherence may exceed 1 by so much: analysers compute it with few digits [-].
+#: Largest excess of a coherence over 1: analysers compute it with few digits [-].
 ROUNDED = 1e-3
 
 
 def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredResponse:
-    """A ``[[frf]]`` of a manifest.
+    """Read an ``[[frf]]`` of a manifest.
 
     Raises
     ------
     CampaignError
-        A key or value that cannot be used, or columns that are no frequency response.
+        A key or value cannot be used, or the columns are not those of a frequency response.
     """
     columns = table.table("columns")
     sensors = [sensor for sensor in context.sensors if sensor.name in columns.values]
@@ -75,7 +75,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
             "estimate them from), one of them", show=False,
         )  # fmt: skip
     names = _list_columns(*own.values(), *signals.values(), *coherent.values())
-    # A line that one sensor lacks is one of the others; a sample is one of all channels.
+    # A spectral line may lack a value of one sensor; a time sample needs the values of all channels.
     needed = None if "time" in own else _list_columns(*own.values())
     file = take_rows(table, context.files.read(table.take("file", str)), names, needed=needed)
     file = without_padding(file, own["time"].columns.values()) if "time" in own else file
@@ -129,7 +129,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
 
 
 def _read_window(table: TomlTable) -> tuple[Window, float]:
-    """Window of an analyser, and the rate of its exponential one [1/s]."""
+    """Window of an analyser, and the rate of an exponential window, 0 without one [1/s]."""
     window, decay = Window.UNKNOWN, 0.0
     if "window" in table.values:
         window = Window(table.choice("window", [item.value for item in Window]))
@@ -152,7 +152,7 @@ def _time_constant(value: object) -> float:
 
 
 def _read_level(table: TomlTable) -> float | None:
-    """The level, in the unit of the campaign's; None if none is given."""
+    """Read the level, in the unit of the campaign's levels; None if it is not given."""
     level = table.values.get("level")
     table.known.add("level")
     if level is None:
@@ -165,7 +165,7 @@ def _read_level(table: TomlTable) -> float | None:
 
 
 def _list_columns(*entries: SignalEntry) -> list[str]:
-    """Names of all columns of some entries."""
+    """Names of all columns of signals."""
     return [name for entry in entries for name in entry.columns.values()]
 
 
@@ -178,7 +178,10 @@ def _read_lines(
     sensors: Sequence[MeasuredSensor],
     context: DataContext,
 ) -> tuple[Frequencies, NDArray[np.complex128], NDArray[np.float64]]:
-    """Frequency responses of an analyser; NaN where ``missing = "skip"`` leaves out a value of a sensor."""
+    """Read frequencies, responses and coherences of an analyser.
+
+    Responses are NaN where ``missing = "skip"`` leaves out a value of a sensor.
+    """
     frequency = own["frequency"].or_unit(file, "Hz").real_values(file, "Hz")
     value = np.full((len(sensors), len(frequency)), np.nan, dtype=np.complex128)
     coherence = np.ones(value.shape)
@@ -189,7 +192,7 @@ def _read_lines(
             raise signals[sensor.name].problem("its columns are not as long as that of the frequency")
         there = np.all([np.isfinite(columns[name].values) for name in names], axis=0)
         if not there.any() or table.values.get("missing") != "skip":
-            there[:] = True  # what is missing is refused below
+            there[:] = True  # missing values are refused below
         present = with_rows(file, columns, there)
         value[row, there] = _divide_by_force(signals[sensor.name], own.get("force"), present, sensor, context)
         if sensor.name in coherent:
@@ -198,7 +201,7 @@ def _read_lines(
 
 
 def _describe_gaps(value: Complex[NDArray[np.complex128], "c f"], sensors: Sequence[MeasuredSensor]) -> tuple[str, ...]:
-    """Which sensors lack values, and how many lines are left to the modes."""
+    """Remark on sensors without values at some lines, and on the number of lines for the fit of modes."""
     there = np.isfinite(value)
     if there.all():
         return ()
@@ -213,7 +216,7 @@ def _describe_gaps(value: Complex[NDArray[np.complex128], "c f"], sensors: Seque
 
 
 def _suspect_degrees(signals: Mapping[str, SignalEntry], file: MeasuredFile) -> tuple[str, ...]:
-    """Sensors whose phases look like degrees, in one sentence."""
+    """Suspicion about sensors whose phases look like degrees, in one sentence."""
     result = {name: why for name, signal in signals.items() if (why := signal.suspect_degrees(file))}
     if len(result) < 2:
         return tuple(result.values())
@@ -221,7 +224,7 @@ def _suspect_degrees(signals: Mapping[str, SignalEntry], file: MeasuredFile) -> 
 
 
 def _find_dead(value: Complex[NDArray[np.complex128], "c f"], sensors: Sequence[MeasuredSensor]) -> tuple[str, ...]:
-    """Sensors that read one value at all lines."""
+    """Suspicions about sensors with the same value at all lines."""
     dead = [
         item.name
         for item, row in zip(sensors, value, strict=True)
@@ -233,7 +236,7 @@ def _find_dead(value: Complex[NDArray[np.complex128], "c f"], sensors: Sequence[
 def _divide_by_force(
     signal: SignalEntry, force: SignalEntry | None, file: MeasuredFile, sensor: MeasuredSensor, context: DataContext
 ) -> Complex[NDArray[np.complex128], " f"]:
-    """A response per unit of force, in SI as far as it is calibrated: as it is in the file, or over its force."""
+    """Response per unit of force, in SI as far as it is calibrated: as in the file, or divided by the given force."""
     unit, level_si = sensor.unit if sensor.calibrated else "", context.units.level_si
     if force is not None:
         peak = context.units.peak
@@ -271,7 +274,7 @@ def _estimate(
     sensors: Sequence[MeasuredSensor],
     context: DataContext,
 ) -> tuple[FrequencyResponse, Excitation]:
-    """Frequency responses of a record, and what drove the structure."""
+    """Estimate the frequency responses of a record, and return them with the kind of excitation."""
     if "force" not in own:
         raise table.problem("columns.force", 'is missing: add force = "COLUMN", the channel that drives', show=False)
     kinds = [kind.value for kind in Excitation]
@@ -288,16 +291,16 @@ def _estimate(
 
 
 def list_states(response: MeasuredResponse, sensors: Sequence[str]) -> Measurement | None:
-    """The response as steady states of its level; None without one.
+    """Convert a response to steady states of its level; None without a level.
 
-    States are spread evenly along the curves of log H in the complex plane, so that resonances have most of them.
+    States are spread evenly along the curves of log H in the complex plane, so that most of them are at resonances.
 
     Parameters
     ----------
     response
         Measured responses.
     sensors
-        Names of all sensors of the campaign; rows hold their numbers.
+        Names of all sensors of the campaign; rows hold their indices.
     """
     if response.level is None:
         return None
@@ -305,12 +308,12 @@ def list_states(response: MeasuredResponse, sensors: Sequence[str]) -> Measureme
         curve = np.log(np.where(response.value == 0, np.nan, response.value))
     curve.imag[:] = np.unwrap(np.nan_to_num(curve.imag))
     noise = np.array([_estimate_relative_noise(response.frequency, row) for row in response.value])
-    # Noise would draw all states to where the response is smallest: steps are shrunk by what it makes of them, and
-    # count as far as their points are coherent.
+    # Noise would move all states to the smallest responses: the part of a step that noise explains is subtracted, and
+    # only steps between coherent points are counted.
     step, chance = np.nan_to_num(np.abs(np.diff(curve, axis=1))), np.hypot(noise[:, 1:], noise[:, :-1])
     step = np.maximum(step - chance**2 / np.where(step > 0, step, np.inf), 0.0).max(axis=0)
     coherence = np.minimum(response.coherence, 1 / (1 + noise**2))
-    # With its neighbours: among many lines that noise drowns some are large by chance.
+    # A line is coherent only with its neighbours: among many noisy lines, some are large by chance.
     coherent = np.asarray(binary_erosion(np.asarray((coherence >= COHERENT).all(axis=0)), border_value=1))
     way = np.concatenate([[0.0], np.cumsum(step * (coherent[1:] & coherent[:-1]))])
     wanted = np.linspace(0, way[-1], MOST_STATES)
@@ -333,7 +336,7 @@ def list_states(response: MeasuredResponse, sensors: Sequence[str]) -> Measureme
 
 
 def _estimate_relative_noise(frequency: Frequencies, value: Complex[NDArray[np.complex128], " f"]) -> Frequencies:
-    """Noise that a curve shows over its values, shape (f,) [-]: the coherence of few averages does not tell it."""
+    """Noise of a curve relative to its values, shape (f,) [-]; the coherence of few averages does not show it."""
     there, result = np.isfinite(value) & (value != 0), np.zeros(len(value))
     deviation, _ = estimate_curve_noise(frequency[there], value[there])
     result[there] = np.sqrt(2) * np.nan_to_num(deviation) / np.abs(value[there])
@@ -341,7 +344,7 @@ def _estimate_relative_noise(frequency: Frequencies, value: Complex[NDArray[np.c
 
 
 def compute_response_features(response: MeasuredResponse) -> Features:
-    """Frequencies and damping ratios of the modes that the responses show."""
+    """Frequencies and damping ratios of the modes of the responses, as features."""
     modes = response.modes
     label = [
         f"{words} of mode {number}" for number in range(1, len(modes) + 1) for words in ("frequency", "damping ratio")
@@ -354,20 +357,20 @@ def compute_response_features(response: MeasuredResponse) -> Features:
 
 
 def predict_response(model: Model, response: MeasuredResponse) -> Float[NDArray[np.float64], " m"]:
-    """The same of the model's linear modes, shape (m,); NaN where it has no partner.
+    """Frequencies and damping ratios of the paired linear modes of the model, shape (m,); NaN without a pair.
 
     Raises
     ------
     CampaignError
-        A sensor that the model has not as one of motion.
+        The model has no motion sensor with the name of a sensor of a mode.
     """
-    # Swapped sensors must not decide which mode is which.
+    # Mistakes such as swapped sensors must not affect the pairing of modes.
     parts = [predict_mode(model, mode) for mode in correct_modes(model, response.modes)]
     return np.concatenate(parts) if parts else np.zeros(0)
 
 
 def make_response_panels(model: Model, response: MeasuredResponse) -> list[Panel]:
-    """Modulus of the response of each sensor beside that of the model, linear with its closed contacts stuck."""
+    """Panels with the modulus of the response of each sensor and of the linear model with its closed contacts stuck."""
     predicted, there = predict_linear_response(model, response), np.isfinite(response.value)
     return [
         Panel(

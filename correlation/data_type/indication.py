@@ -1,4 +1,4 @@
-"""Indications: what data show of a structure by themselves, beside what a model shows, in words."""
+"""Indications: properties of a structure that data show directly, beside those of a model, in words."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from correlation.model import Model
 
-#: Difference between measurements and model that is a sign of something: deviations of single readings leave out what
-#: is common to them [standard deviations].
+#: Smallest clear difference between measurement and model: it exceeds errors that are common to all readings, which
+#: their standard deviations do not include [standard deviations].
 CLEAR_DEVIATION = 5.0
 
 
@@ -22,14 +22,14 @@ class Indication:
     Parameters
     ----------
     quantity
-        What it is, such as "frequency of the mode at 122 Hz".
+        Name of the property, such as "frequency of the mode at 122 Hz".
     kind
-        "frequency", "damping", "stiffness", "work", "growth" of work with the amplitude, "slow growth" of one that is
-        nearer to proportion than to the square, or "play".
+        "frequency", "damping", "stiffness", "work", "growth" of work with the amplitude, "slow growth" for an exponent
+        nearer to 1 than to 2, or "play".
     measured, predicted
-        Both in words, such as "falls from 122 to 119 Hz".
+        Values in words, such as "falls from 122 to 119 Hz".
     difference
-        Measured less predicted [standard deviations]; the direction counts.
+        Measured less predicted value, with its sign [standard deviations].
     """
 
     quantity: str
@@ -40,7 +40,7 @@ class Indication:
 
     @property
     def is_clear(self) -> bool:
-        """Whether chance does not explain the difference."""
+        """Whether the difference cannot be explained by chance."""
         return abs(self.difference) > CLEAR_DEVIATION
 
     @property
@@ -49,14 +49,14 @@ class Indication:
         return f"the {self.quantity} {self.measured}; the model's {self.predicted}"
 
 
-#: Indications of all data of one type, from a model, the data, and what the model predicts for the features of each.
+#: Function that lists the indications of all data of one type, from a model, the data, and the predicted features.
 ListIndications: TypeAlias = Callable[
     [Model, Sequence[Any], Sequence[Float[NDArray[np.float64], " m"]]], Sequence[Indication]
 ]
 
 
 def name_causes(indications: Sequence[Indication]) -> str:
-    """Usual causes of such indications, in words; empty where none is known."""
+    """Usual causes of the clear indications, in words; empty if no cause is known."""
     clear = {(item.kind, item.difference > 0) for item in indications if item.is_clear}
     causes = []
     if ("frequency", False) in clear and ("damping", True) in clear:

@@ -1,4 +1,4 @@
-"""Frequency responses of the linear model, its closed contacts stuck."""
+"""Frequency responses of the linear model with its closed contacts stuck."""
 
 import numpy as np
 from jaxtyping import Complex
@@ -17,16 +17,16 @@ def predict_linear_response(model: Model, response: MeasuredResponse) -> Complex
     Raises
     ------
     CampaignError
-        A sensor that the model has not as one of motion.
+        The model has no motion sensor with the name of a sensor of the response.
     """
     configured = model.in_configuration(response.configuration)
     system = configured.system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     shapes = modes.mode_shapes
-    # What an exponential window multiplies in time is moved along the real axis in the transform.
+    # An exponential window shifts the Laplace variable along the real axis.
     omega = 2 * np.pi * response.frequency * (1 + model.frequency_shift.get(response.configuration, 0.0))
     s = response.decay + 1j * omega
-    # Damping that is not modal couples modes; on the diagonal it holds for light damping.
+    # Only the diagonal of the modal damping is used: coupling of modes is neglected, which holds for light damping.
     rate = np.einsum("rm,rs,sm->m", shapes, system.damping, shapes)
     loss = np.zeros_like(rate)
     if system.structural_damping is not None:

@@ -1,7 +1,7 @@
-"""Frequency responses of a linear structure as steady states, for a diagnosis of the jointed one.
+"""Conversion of frequency responses of the free structure to steady states, for a diagnosis of the jointed structure.
 
-A response of broadband excitation belongs to no level. Where the structure is linear, each level has the same: free of
-all contacts it counts at one that is so small that whatever an effect adds to it is linear, too.
+A response to broadband excitation has no level. A linear structure has the same response at all levels: without
+contacts, it is used at a level so small that the contribution of any effect is also linear.
 """
 
 from dataclasses import replace
@@ -17,16 +17,15 @@ SMALL_LEVEL = 1e-3
 
 
 def count_free_responses(campaign: Campaign) -> tuple[Campaign, tuple[str, ...]]:
-    """The campaign with the frequency responses of its free structure as steady states, and their names.
+    """Add the frequency responses of the free structure as steady states, and return the names of these responses.
 
-    Left out are responses that count at a level of their own, that are held out, that an exponential window or leakage
-    has changed, and that show no mode; all of them where the free structure has steady states of its own, whose noise
-    is another.
+    Responses are left out if they have a level, are held out, are changed by an exponential window or leakage, or have
+    no mode; all are left out if the free structure has measured steady states, whose noise differs.
 
     Parameters
     ----------
     campaign
-        With steady states of the jointed structure.
+        Campaign with steady states of the jointed structure.
     """
     responses = [datum for datum in campaign.data if isinstance(datum, MeasuredResponse) and _is_linear(datum)]
     if not responses or campaign.is_free[campaign.measurement.test].any():

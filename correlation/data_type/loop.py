@@ -13,17 +13,17 @@ from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Mo
 from correlation.model import Model
 from correlation.signal.loop import analyse_loop
 
-#: What the zero of a displacement sensor is: nothing that a joint knows, which is usual, or its unloaded position.
+#: Zero of a displacement sensor: unrelated to the joint, which is usual, or the unloaded position of the joint.
 ZEROS = ("unknown", "as measured")
 
 
 def read_loop(table: TomlTable, context: DataContext) -> ForceLoop:
-    """A ``[[loop]]`` of a manifest.
+    """Read a ``[[loop]]`` of a manifest.
 
     Raises
     ------
     CampaignError
-        A key or value that cannot be used, or a record without a settled period.
+        A key or value cannot be used, or the record has no settled period.
     """
     columns = table.table("columns")
     displacement, force = read_signal(columns, "displacement"), read_signal(columns, "force")
@@ -73,13 +73,13 @@ def read_loop(table: TomlTable, context: DataContext) -> ForceLoop:
 
 
 def list_loop_motions(model: Model, loop: ForceLoop) -> list[Motion]:
-    """The row of the place that is moved, with half the range of its displacement."""
+    """Row of the place with the imposed displacement, and half the range of the displacement."""
     row = None if loop.place is None else model.places.get(loop.place)
     return [] if row is None else [(row, float(np.ptp(loop.displacement)) / 2)]
 
 
 def make_loop_panels(model: Model, loop: ForceLoop) -> list[Panel]:
-    """A settled period of each plateau beside the model's loop."""
+    """Panel with a settled period of each plateau and the loop of the model."""
     measured, predicted = [], []
     unit, factor = length_unit(max(plateau.amplitude[0] for plateau in loop.loops.plateaus))
     for plateau in loop.loops.plateaus:

@@ -1,4 +1,4 @@
-"""Indications of force-displacement loops beside a model."""
+"""Indications of force-displacement loops in comparison with a model."""
 
 from collections.abc import Sequence
 
@@ -11,9 +11,9 @@ from correlation.model import Model
 from correlation.signal.loop import analyse_loop
 from geometry.plain_number import format_number
 
-#: Parts of a stroke that a displacement is read to.
+#: Number of parts of a stroke to which a displacement is resolved.
 SAMPLED = 200
-#: Ratio of the largest to the smallest amplitude that tells how work grows, and of frequencies that are several.
+#: Smallest ratio of amplitudes for the growth of work, and smallest ratio of frequencies for a frequency exponent.
 MIN_AMPLITUDE_RATIO, MIN_FREQUENCY_RATIO = 1.5, 1.01
 
 
@@ -23,11 +23,11 @@ def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: S
     Parameters
     ----------
     model
-        A model.
+        Model.
     loops
-        Loops.
+        Measured loops.
     predicted
-        What it predicts for the features of each.
+        Prediction of the features of each loop.
     """
     measured = [compute_loop_features(loop) for loop in loops]
     indications = []
@@ -41,7 +41,7 @@ def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: S
                     ratios.append((features.value[row] - numbers[row]) / features.deviation[row])
         there = np.isfinite(ratios)
         if there.any():
-            # All loops have the calibration of their channels in common: the mean is no better known than one.
+            # The calibration error is common to all loops: the mean is not more certain than a single loop.
             difference = float(np.mean(np.array(ratios)[there]))
             measured_range, predicted_range = (_describe_range(np.array(item)[there]) for item in (values, answers))
             unit = "J" if kind == "work" else "N/m"
@@ -59,7 +59,7 @@ def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: S
         least = stroke / SAMPLED / np.sqrt(len(loops))
         scatter = float(np.std(dwell, ddof=1) / np.sqrt(len(dwell))) if len(dwell) > 1 else 0.0
         unit, factor = length_unit(stroke)
-        # The work of a cycle is done over the rest of the way, there and back.
+        # The work of a cycle is done over the rest of the stroke, in both directions.
         force = [
             loop.loops.plateaus[-1].work[0] / (2 * (2 * loop.loops.plateaus[-1].amplitude[0] - loop.loops.dwell))
             for loop in loops
@@ -77,9 +77,9 @@ def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: S
 
 
 def _indicate_growth(loops: Sequence[ForceLoop], predicted: Sequence[Numbers]) -> list[Indication]:
-    """Exponent of the work per cycle over the amplitude: 2 of a linear damper, about 1 of friction that slides.
+    """Indication of the exponent of the work per cycle over the amplitude: 2 for a linear damper, about 1 for sliding.
 
-    The frequency has an exponent of its own, if there are several. Nothing is said of a narrow range of amplitudes.
+    With several frequencies, the frequency has its own exponent. A narrow range of amplitudes gives no indication.
     """
     rows = []
     for loop, numbers in zip(loops, predicted, strict=True):
@@ -118,6 +118,9 @@ def _describe_range(numbers: Numbers) -> str:
 
 
 def _predict_dwell(model: Model, loop: ForceLoop) -> float:
-    """Displacement of a model's loop after a reversal without force [m]; 0 without a steady state."""
+    """Displacement after a reversal over which the force of the predicted loop stays near zero [m].
+
+    It is 0 without a steady state.
+    """
     curve = predict_curve(model, loop, loop.loops.plateaus[-1])
     return 0.0 if curve is None else analyse_loop(*(np.tile(signal, 3) for signal in curve)).dwell

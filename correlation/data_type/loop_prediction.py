@@ -1,7 +1,7 @@
-r"""Force-displacement loops of a model.
+r"""Prediction of force-displacement loops by a model.
 
-An imposed displacement is predicted by a grip: a spring of stiffness g, far stiffer than the structure, whose other end
-moves by :math:`u = u_0 + A \cos \Omega t`. It pulls with :math:`g (u - p^T x)` at the place p: the measured force.
+An imposed displacement is modelled by a grip: a spring of stiffness g, far stiffer than the structure, whose other end
+moves by :math:`u = u_0 + A \cos \Omega t`. Its force :math:`g (u - p^T x)` at the place p is the measured force.
 """
 
 import numpy as np
@@ -19,15 +19,15 @@ from hbsolve.errors import NoSteadyState
 from hbsolve.steady_state import steady_state
 from reduction.stuck import stick_at_rest
 
-#: Stiffness of a grip over that of the structure at its place: the displacement is right to the inverse.
+#: Stiffness of a grip over that of the structure at its place; its inverse is the relative error of the displacement.
 GRIP = 1e5
-#: Instants of a period at which a predicted loop is drawn.
+#: Number of instants in a period of a predicted loop.
 INSTANTS = 512
 
 
 @on_one_blas_thread
 def predict_loop(model: Model, loop: ForceLoop) -> Numbers:
-    """Features of the model's loops, shape (m,); NaN where it has no steady state.
+    """Features of the loops of a model, shape (m,); NaN without a steady state.
 
     Raises
     ------
@@ -90,12 +90,16 @@ def predict_imposed_loop(model: Model, loop: ForceLoop, plateau: Plateau) -> tup
 
 
 def predict_driven_loop(model: Model, loop: ForceLoop) -> tuple[Signal, Signal] | None:
-    """The same of a contact line in the structure under its loads.
+    """Displacement and tangential force of a contact line in one predicted period of the structure under its loads.
+
+    Returns
+    -------
+    Shape (512,) each [m, N]; None without a steady state.
 
     Raises
     ------
     CampaignError
-        The model has no such line, or no such sensor of motion.
+        The model has no such line, or no such motion sensor.
     """
     if loop.line not in model.lines:
         raise CampaignError(
@@ -117,7 +121,7 @@ def predict_driven_loop(model: Model, loop: ForceLoop) -> tuple[Signal, Signal] 
     f = solver.read(state, np.full(len(harmonics), force.name), harmonics)
     members = model.lines[force.line]
     tangent = np.sum([joint.directions[0] for joint in model.system.joints if joint.name in members], axis=0)
-    # A sensor may read the motion against the tangent: the force of a loop resists the motion that is read.
+    # The axis of the sensor may be opposite to the tangent: the force of a loop resists the measured motion.
     turn = -1.0 if float(motion.gain * (motion.row @ tangent)) < 0 else 1.0
     return _signal(x), turn * _signal(f)
 
@@ -129,7 +133,7 @@ def _signal(coefficients: NDArray[np.complex128]) -> Signal:
 
 
 def _compute_loop_features(curve: tuple[Signal, Signal] | None) -> list[float]:
-    """Features of one predicted period, by the same reading as those that were measured."""
+    """Features of one predicted period, by the same analysis as for measured loops."""
     if curve is None:
         return [np.nan] * len(FEATURES)
     x, f = (np.tile(signal, 3) for signal in curve)

@@ -1,7 +1,7 @@
-r"""A measured force-displacement record, and its features.
+r"""Measured force-displacement record and its features.
 
-Features of each plateau of settled periods are the work per cycle, the secant stiffness and the middle of the forces at
-both ends of the stroke; of a contact line in a vibrating structure also the amplitude of its motion.
+Features of each plateau of settled periods are the work per cycle, the secant stiffness and the mean of the forces at
+both ends of the stroke; for a contact line in a vibrating structure also the amplitude of its motion.
 """
 
 from dataclasses import dataclass
@@ -24,36 +24,36 @@ FEATURES = (
     ("secant_stiffness", "secant stiffness", "N/m"),
     ("force_offset", "middle of the force", "N"),
 )
-#: Least standard deviation of a feature [-]: what a calibration of the two channels leaves.
+#: Smallest relative standard deviation of a feature [-]: the calibration error of the two channels.
 MIN_DEVIATION = 0.01
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceLoop:
-    """A measured force-displacement record.
+    """Measured force-displacement record.
 
     Parameters
     ----------
     name
-        As in the manifest.
+        Name in the manifest.
     displacement, force
         Signals, shape (n,) [m, N]. The force resists the displacement.
     loops
         Periods and plateaus of the record.
     frequency
-        Of the cycles [Hz].
+        Frequency of the cycles [Hz].
     place
         Named place of the model whose displacement is imposed; None for a contact line.
     line
-        Contact line whose tangential force it is; None for an imposed displacement.
+        Contact line of the measured tangential force; None for an imposed displacement.
     sensor
         Sensor of the displacement of a contact line; None for an imposed displacement.
     level
         Level of the force that drives the structure of a contact line [N]; None for an imposed displacement.
     held_out
-        Whether no calibration may see it.
+        Whether it is held out of calibrations.
     removed_middle
-        Middle of the strokes that was taken off the displacement, whose zero is not known [m].
+        Middle of the strokes, which was subtracted from the displacement because its zero is unknown [m].
     """
 
     type: ClassVar[str] = "force-displacement loop"
@@ -74,7 +74,7 @@ class ForceLoop:
 
     @property
     def sensors(self) -> tuple[str, ...]:
-        """Names of sensors of the campaign that it uses."""
+        """Names of its sensors in the campaign."""
         return () if self.sensor is None else (self.sensor,)
 
     @property
@@ -84,7 +84,7 @@ class ForceLoop:
 
 
 def compute_loop_features(loop: ForceLoop) -> Features:
-    """Numbers of each plateau."""
+    """Features of each plateau."""
     label: list[str] = []
     unit: list[str] = []
     value: list[float] = []
@@ -99,16 +99,16 @@ def compute_loop_features(loop: ForceLoop) -> Features:
         for name, (mean, scatter), words, si, scale in rows:
             label, unit = [*label, words], [*unit, si]
             value.append(mean)
-            # A single period has no scatter: by how much it does not close stands for it.
+            # A single period has no scatter; its closing error is used instead.
             chance = abs(plateau.closing_error[0]) * scale if plateau.n_period == 1 else scatter
-            # A zero that is off by as much as was taken off shifts the force by that of a spring.
+            # The zero is uncertain by the subtracted middle, which shifts the force by that of the secant stiffness.
             shift = plateau.secant_stiffness[0] * loop.removed_middle if name == "force_offset" else 0.0
             deviation.append(float(np.linalg.norm([chance, MIN_DEVIATION * scale, shift])))
     return Features(label=tuple(label), unit=tuple(unit), value=np.array(value), deviation=np.array(deviation))
 
 
 def describe_periods(loop: ForceLoop) -> str:
-    """Which periods of a record give features, by amplitude, and which are left out, in words."""
+    """Describe which periods of a record are used for features, by amplitude, and which are left out."""
     loops = loop.loops
     unit, factor = length_unit(max(plateau.amplitude[0] for plateau in loops.plateaus))
     used = ", ".join(
@@ -127,12 +127,12 @@ def describe_periods(loop: ForceLoop) -> str:
 
 
 def _compute_scales(plateau: Plateau) -> tuple[float, float, float]:
-    """Sizes that the features of a plateau are uncertain in proportion to: those of the loop as a whole."""
+    """Magnitudes to which the uncertainties of the features in `FEATURES` are proportional."""
     force = abs(plateau.secant_stiffness[0]) * plateau.amplitude[0]
-    work = np.pi * force * plateau.amplitude[0]  # of an ellipse as wide as the stroke and as high as the force
+    work = np.pi * force * plateau.amplitude[0]  # of an ellipse with the amplitudes of displacement and force
     return max(abs(plateau.work[0]), MIN_DEVIATION * work), abs(plateau.secant_stiffness[0]), force
 
 
 def length_unit(amplitude: float) -> tuple[str, float]:
-    """Unit that an amplitude is written in, and its factor from metres."""
+    """Unit for an amplitude in text, and its factor from metres."""
     return ("mm", 1e3) if amplitude >= 1e-3 else ("um", 1e6)

@@ -23,42 +23,42 @@ class MeasuredResponse:
     Parameters
     ----------
     name
-        As in the manifest.
+        Name in the manifest.
     test
-        Number of its test among those of the campaign.
+        Index of its test in the campaign; -1 without a test.
     configuration
         "jointed", or "free" of all contacts.
     sensors
         Names of the sensors.
     frequency
-        Rising, shape (f,) [Hz].
+        Rising frequencies, shape (f,) [Hz].
     value
         Response per unit of the drive, e^{+i Omega t}, shape (c, f) [unit of each sensor per unit of the drive]; NaN
         where a sensor has no value.
     units
         Unit of each row of `value`, in words.
     coherence
-        Shape (c, f); 1 where it is not known [-].
+        Coherence, shape (c, f) [-]; 1 if it is not known.
     coherence_limit
-        Coherence from which a value tells the response and not the noise [-].
+        Smallest coherence of a value that is not mainly noise [-].
     level
-        Amplitude of the drive that the response stands for [its unit]; None if it is not stated.
+        Amplitude of the drive [unit of the drive]; None if it is not stated.
     repeat
         Number of the repeat.
     held_out
-        Whether no calibration may see it.
+        Whether it is held out of calibrations.
     window
-        Window under which it was estimated.
+        Window of the estimation.
     decay
-        Rate sigma of an exponential window e^(-sigma t) of force and response, 0 for none [1/s].
+        Rate sigma of an exponential window e^(-sigma t) of force and response [1/s]; 0 without one.
     modes
-        Modes that the responses show.
+        Modes of the responses.
     fit
-        The fit that they are of; None if there is none.
+        Fit of the modes; None if there is none.
     suspicions
-        What looks wrong in the record, in words.
+        Suspicions about the record, in words.
     remarks
-        How the record is read and what it leaves open, in words.
+        Remarks on how the record is read and what it leaves open, in words.
     """
 
     type: ClassVar[str] = "frequency response"
@@ -87,9 +87,9 @@ class MeasuredResponse:
 
     @property
     def coherent_lines(self) -> NDArray[np.bool_]:
-        """Lines at which all sensors have a value, and one of them a coherent one, shape (f,).
+        """Mask of the lines at which all sensors have a value, at least one of them coherent, shape (f,).
 
-        None has one where the force is negligible; at an antiresonance of one sensor the other sensors have one.
+        If the force is negligible, no sensor is coherent; at an antiresonance of one sensor, the other sensors are.
         """
         coherent = (self.coherence >= self.coherence_limit).any(axis=0)
         return np.asarray(np.isfinite(self.value).all(axis=0) & coherent)

@@ -1,8 +1,8 @@
-"""Measured natural frequencies and damping ratios, with shapes where several sensors saw them.
+"""Measured natural frequencies and damping ratios, with shapes if several sensors measured them.
 
-They are compared with the linear modes of the model, free of its contacts or with all that are closed stuck. A measured
-mode is paired with the model's mode of the best modal assurance criterion (MAC) times nearness in frequency if it has a
-shape, else with the nearest frequency: without a shape a wrong partner cannot be told.
+They are compared with the linear modes of the model, free of its contacts or with all closed contacts stuck. A measured
+mode with a shape is paired with the mode of the model with the best modal assurance criterion (MAC) times nearness in
+frequency, a mode without a shape with the nearest frequency: a wrong pair cannot be detected without a shape.
 """
 
 from collections.abc import Sequence
@@ -26,10 +26,10 @@ from geometry.read_only_array import freeze_fields
 from reduction.jointed_system import modal_damping
 from reduction.stuck import stick_at_rest
 
-#: Standard deviation of a frequency and of a damping ratio that none was stated for, relative [-]: a careful modal test
-#: on a bench repeats frequencies to a few parts in ten thousand and damping to a tenth.
+#: Default standard deviations of a frequency and of a damping ratio, relative [-]: a careful modal test on a bench
+#: repeats frequencies to a few parts in ten thousand and damping to a tenth.
 FREQUENCY_DEVIATION, DAMPING_DEVIATION = 5e-4, 0.1
-#: A model's mode further off than this factor is no partner of a measured one without a shape [-].
+#: Largest ratio of the frequencies of a measured mode and a mode of the model that are paired [-].
 MAX_FREQUENCY_FACTOR = 1.5
 
 
@@ -40,19 +40,19 @@ class MeasuredMode:
     Parameters
     ----------
     name
-        As in the manifest.
+        Name in the manifest.
     configuration
         "jointed", or "free" of all contacts.
     frequency, frequency_deviation
         Natural frequency and its standard deviation [Hz].
     damping, damping_deviation
-        Damping ratio and its standard deviation [-]; NaN where none was measured.
+        Damping ratio and its standard deviation [-]; NaN if it was not measured.
     sensors
-        Names of the sensors of the shape; empty for no shape.
+        Names of the sensors of the shape; empty without a shape.
     shape
-        Shape at the sensors, in their quantities, shape (c,) [up to one complex factor].
+        Mode shape at the sensors, in their quantities, shape (c,) [up to one complex factor].
     held_out
-        Whether no calibration may see it.
+        Whether it is held out of calibrations.
     """
 
     type: ClassVar[str] = "mode"
@@ -71,12 +71,12 @@ class MeasuredMode:
 
 
 def read_mode(table: TomlTable, context: DataContext) -> MeasuredMode:
-    """A ``[[mode]]`` of a manifest.
+    """Read a ``[[mode]]`` of a manifest.
 
     Raises
     ------
     CampaignError
-        A key or value that cannot be used, or a shape at a sensor that there is not.
+        A key or value cannot be used, or a sensor of the shape does not exist.
     """
     frequency = table.converted("frequency", partial(read_positive_si_quantity, si="Hz"), example="122.25 Hz")
     damping = table.converted("damping", partial(read_positive_si_quantity, si=""), np.nan)
@@ -109,7 +109,7 @@ def read_mode(table: TomlTable, context: DataContext) -> MeasuredMode:
 
 
 def compute_mode_features(mode: MeasuredMode) -> Features:
-    """Frequency and, where it was measured, damping ratio."""
+    """Frequency and, if it was measured, damping ratio of a mode, as features."""
     label, unit = ["frequency"], ["Hz"]
     value, deviation = [mode.frequency], [mode.frequency_deviation]
     if np.isfinite(mode.damping):
@@ -119,12 +119,12 @@ def compute_mode_features(mode: MeasuredMode) -> Features:
 
 
 def predict_mode(model: Model, mode: MeasuredMode) -> Float[NDArray[np.float64], " m"]:
-    """Frequency and damping ratio of the model's partner, shape (m,); NaN where it has none.
+    """Frequency and damping ratio of the paired mode of the model, shape (m,); NaN if there is none.
 
     Raises
     ------
     CampaignError
-        A sensor of the shape that the model has not as one of motion.
+        The model has no motion sensor with the name of a sensor of the shape.
     """
     frequency, damping, shapes = compute_linear_modes(model, mode.configuration)
     partner = find_partner(model, mode, frequency, shapes)
@@ -153,12 +153,12 @@ def find_partner(
     frequency: Float[NDArray[np.float64], " m"],
     shapes: Float[NDArray[np.float64], "r m"],
 ) -> int | None:
-    """Number of the model's mode that a measured one is compared with; None if there is none.
+    """Index of the mode of the model that is paired with a measured mode; None if there is none.
 
     Parameters
     ----------
     model
-        Knows the sensors.
+        Model with the sensors.
     mode
         Measured mode.
     frequency, shapes
@@ -167,7 +167,7 @@ def find_partner(
     Raises
     ------
     CampaignError
-        A sensor of the shape that the model has not as one of motion.
+        The model has no motion sensor with the name of a sensor of the shape.
     """
     near = (frequency < MAX_FREQUENCY_FACTOR * mode.frequency) & (frequency > mode.frequency / MAX_FREQUENCY_FACTOR)
     if not near.any():
@@ -189,7 +189,7 @@ def shape_at_sensors(
     frequency: Float[NDArray[np.float64], " m"],
     shapes: Float[NDArray[np.float64], "r m"],
 ) -> Complex[NDArray[np.complex128], "c m"]:
-    """Mode shapes at sensors, in the quantities of these, shape (c, m)."""
+    """Mode shapes at sensors, in the quantities of the sensors, shape (c, m)."""
     return np.array(
         [
             sensor.gain * (sensor.row @ shapes) * (2j * np.pi * frequency) ** DERIVATIVE[sensor.quantity]
@@ -199,12 +199,12 @@ def shape_at_sensors(
 
 
 def list_motion_sensors(model: Model, names: Sequence[str]) -> list[Sensor]:
-    """Sensors of motion of a model by their names.
+    """Motion sensors of a model by name.
 
     Raises
     ------
     CampaignError
-        One that the model has not.
+        The model has no motion sensor of one of the names.
     """
     own = {sensor.name: sensor for sensor in model.sensors if isinstance(sensor, Sensor)}
     for name in names:

@@ -1,4 +1,4 @@
-"""Modes of one test with shapes at the same sensors, beside those of a model."""
+"""Sets of measured modes with shapes at the same sensors, and the modes of a model near them."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,20 +20,20 @@ from correlation.model import Model
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ComparedModes:
-    """Measured modes and those of the model that are near them.
+    """Measured modes and the modes of the model near them.
 
     Parameters
     ----------
     configuration, sensors
-        Of all of them.
+        Configuration and sensors of all modes.
     modes
         Measured modes by rising frequency.
     frequency, damping
-        Of the model's modes, shape (m,) [Hz, -].
+        Natural frequencies and damping ratios of the model, shape (m,) [Hz, -].
     model_shape
         Mode shapes of the model at the sensors, shape (c, m).
     mistake
-        A change of the sensors without which the shapes do not agree; None for none.
+        Sensor mistake whose correction makes the shapes agree; None if there is none.
     """
 
     configuration: str
@@ -51,17 +51,17 @@ class ComparedModes:
 
     @property
     def corrected_shape(self) -> Complex[NDArray[np.complex128], "c n"]:
-        """Measured shapes with the sensor mistake corrected, by which modes are paired, shape (c, n)."""
+        """Measured shapes after correction of the sensor mistake, for the pairing of modes, shape (c, n)."""
         return self.shape if self.mistake is None else np.asarray(self.mistake.correct(self.shape))
 
 
 def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ComparedModes]:
-    """Modes with shapes, by configuration and sensors; those of a set that no mode of the model is near are left out.
+    """Group modes with shapes by configuration and sensors; a group without modes of the model nearby is left out.
 
     Raises
     ------
     CampaignError
-        A sensor that the model has not as one of motion.
+        The model has no motion sensor with the name of a sensor of a shape.
     """
     groups: dict[tuple[str, tuple[str, ...]], list[MeasuredMode]] = {}
     for mode in modes:
@@ -89,7 +89,7 @@ def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[Compare
 
 
 def correct_modes(model: Model, modes: Sequence[MeasuredMode]) -> list[MeasuredMode]:
-    """Correct the sensor mistake in the shapes of modes; their order stays."""
+    """Correct the sensor mistakes in the shapes of modes, in unchanged order."""
     corrected = {
         id(mode): replace(mode, shape=shape)
         for group in group_modes(model, modes)

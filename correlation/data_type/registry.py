@@ -1,7 +1,7 @@
-"""Types of measured data: how each is read, which numbers it gives, and what a model predicts for them.
+"""Registry of types of measured data: their reader, their features, and the prediction of the features by a model.
 
-A loop, a ring-down or a set of modes is compared with a model through a few features of it, such as work per cycle or
-the frequency at an amplitude. Each type brings them with unit and standard deviation, and their prediction.
+A loop, a ring-down or a set of modes is compared with a model by a few features, such as work per cycle or the
+frequency at an amplitude. Each type computes them with unit and standard deviation, and their prediction.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,7 +20,7 @@ from correlation.data_type.indication import ListIndications
 from correlation.model import Model
 from geometry.registry import Registry
 
-#: A row of a model and its largest displacement, shape (n,) and [m].
+#: Row of a model, shape (n,), and its largest displacement [m].
 Motion = tuple[Float[NDArray[np.float64], " n"], float]
 Curve = tuple[Float[NDArray[np.float64], " n"], Float[NDArray[np.float64], " n"]]
 
@@ -34,36 +34,36 @@ class Datum(Protocol):
 
     @property
     def name(self) -> str:
-        """Its name in the manifest."""
+        """Name in the manifest."""
 
     @property
     def held_out(self) -> bool:
-        """Whether no calibration may see it."""
+        """Whether it is held out of calibrations."""
 
 
-#: Calls a function of a module with its arguments, or gives what it returned for them before.
+#: Calls a function of a module with its arguments, or returns an earlier result for the same arguments.
 Analyse: TypeAlias = Callable[..., Any]
 
 
 def analyse_uncached(compute: Callable[..., Any], *args: Any, **words: Any) -> Any:
-    """Call a function with its arguments: nothing is kept."""
+    """Call a function with its arguments without keeping the result."""
     return compute(*args, **words)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DataContext:
-    """Context in which a type reads its entry of a manifest.
+    """Context for reading an entry of a manifest.
 
     Parameters
     ----------
     files
         Files of the campaign.
     sensors, tests
-        Those of the manifest.
+        Sensors and tests of the manifest.
     units
         Units and conventions of the manifest.
     analyse
-        Calls a function of a module that takes long with its arguments, or gives what it returned for them before.
+        Calls a slow function of a module with its arguments, or returns an earlier result for the same arguments.
     """
 
     files: MeasuredFiles
@@ -75,16 +75,16 @@ class DataContext:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Features:
-    """Numbers that data give.
+    """Features of data: numbers for the comparison with a model.
 
     Parameters
     ----------
     label
-        Name of each, m in all, such as "work per cycle".
+        Names of the m features, such as "work per cycle".
     unit
-        SI unit of each.
+        SI units of the features.
     value, deviation
-        Measured value and its standard deviation, shape (m,) [unit of each].
+        Measured values and their standard deviations, shape (m,) [unit of the feature].
     """
 
     label: tuple[str, ...]
@@ -95,12 +95,12 @@ class Features:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Panel:
-    """Axes of a figure that shows a datum beside a model.
+    """Axes of a figure that compares a datum with a model.
 
     Parameters
     ----------
     title, x_label, y_label
-        Words, with units.
+        Title and labels with units.
     measured, predicted
         Curves as pairs of x and y, shape (n,) each.
     is_curve
@@ -121,37 +121,37 @@ class Panel:
 
 @dataclass(frozen=True, kw_only=True)
 class DataType:
-    """A type of data.
+    """Type of measured data.
 
     Parameters
     ----------
     name
-        Its name, such as "force-displacement loop".
+        Name of the type, such as "force-displacement loop".
     table
         Name of its tables in a manifest, such as "loop".
     holds
-        What a user gives, in words.
+        Description of the data that a user gives, in words.
     read
         Reads an entry of a manifest; raises `CampaignError` in one sentence.
     features
-        Numbers of a datum.
+        Computes the features of a datum.
     predict
-        What a model predicts for them, shape (m,); NaN where it has no answer. Raises `CampaignError` for a model that
-        lacks what the datum speaks of.
+        Predicts the features of a datum by a model, shape (m,); NaN if the model has no solution. Raises
+        `CampaignError` if the model lacks a place, line or sensor of the datum.
     states
-        The steady states that a datum also counts as, from it and the names of all sensors of the campaign; None for a
-        type that gives none.
+        Converts a datum to steady states, given the names of all sensors of the campaign; None for a type without
+        steady states.
     panels
-        What is drawn of a datum beside a model; None for a type whose features tell all.
+        Makes the panels that compare a datum with a model; None for a type without panels.
     indications
-        What all data of the type show by themselves, beside the model; None for a type that shows nothing so.
+        Lists the indications of all data of the type beside a model; None for a type without indications.
     motions
-        Rows of a model whose motion a datum shows, with the largest displacement of each [m]; None for a type whose
-        data have no size.
+        Lists rows of a model whose motion was measured, with the largest displacement of each [m]; None for a type
+        whose data have no amplitude.
     coverage
-        Which part of a datum its features come from, and which is left out, in words; None for a type that uses all.
+        Describes which part of a datum its features use and which is left out, in words; None for a type that uses all.
     check
-        The same as `read` without what takes long: enough to tell whether an entry can be read. None if nothing does.
+        Like `read` without slow analyses, to check whether an entry can be read; None if `read` is fast.
     """
 
     name: str

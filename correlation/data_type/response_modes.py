@@ -1,4 +1,4 @@
-"""Modes that measured frequency responses show."""
+"""Identification of modes from measured frequency responses."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,18 +16,18 @@ from correlation.modal.fit_modes import FEWEST_LINES, Modes, fit_modes
 from correlation.modal.window import Window
 from correlation.model import DERIVATIVE
 
-#: Modes that leave more than this share of the responses do not explain them [-].
+#: Median relative residual above which the modes do not explain the responses [-].
 UNEXPLAINED = 0.5
-#: Modes whose frequency is known no better than this share are no modes [-].
+#: Relative standard deviation of the frequency from which a mode is discarded [-].
 VAGUE = 0.01
-#: Least standard deviations, relative [-]: one test on a bench repeats no better, whatever its noise.
+#: Smallest standard deviations, relative [-]: the repeatability of a test on a bench, whatever its noise.
 LEAST_FREQUENCY, LEAST_DAMPING = 2e-4, 0.03
 
 
 def read_modes(
     response: MeasuredResponse, sensors: Sequence[MeasuredSensor], analyse: Analyse = analyse_uncached
 ) -> MeasuredResponse:
-    """The responses with their modes; without any, and with a suspicion, if none stands out.
+    """Add the modes to responses; if no mode can be identified, add a suspicion.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def read_modes(
     sensors
         Sensors of its rows.
     analyse
-        As in `DataContext`: the fit takes minutes where responses have thousands of lines.
+        As in `DataContext`: the fit takes minutes for responses with thousands of lines.
     """
     coherent, there = response.coherent_lines, np.isfinite(response.value).all(axis=0)
     incoherent, suspicions = int((there & ~coherent).sum()), response.suspicions
@@ -57,10 +57,10 @@ def read_modes(
     suspicions += (doubt,) if doubt else ()
     if result is None:
         return replace(response, suspicions=suspicions)
-    # A shape needs two sensors, each in its own unit.
+    # A shape needs two sensors, both calibrated.
     has_shape = len(sensors) > 1 and all(sensor.calibrated for sensor in sensors)
     modes = []
-    # Damping that an exponential window cannot have left is no number of a mode; a suspicion tells.
+    # A damping ratio that is not positive after the correction of an exponential window is reported as a suspicion.
     for number in np.flatnonzero((result.frequency_deviation < VAGUE * result.frequency) & (result.damping_ratio > 0)):
         omega = 2j * np.pi * result.frequency[number]
         turned = [omega ** DERIVATIVE[sensor.quantity] for sensor in sensors]
@@ -96,7 +96,7 @@ def fit_or_doubt(
     decay: float,
     window: Window,
 ) -> tuple[Modes | None, str]:
-    """Modes of responses, and what speaks against them in words, empty for nothing.
+    """Modes of responses, and a doubt about them in words; empty if there is none.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def _fits_conjugate(
     decay: float,
     window: Window,
 ) -> str:
-    """Evidence that responses are of the other time factor: their conjugates are those of modes; else empty."""
+    """Evidence that responses have the opposite time convention, since modes fit their conjugates; else empty."""
     try:
         result = fit_modes(frequency, value.conj(), quantity=quantity, decay=decay, window=window)
     except CampaignError:

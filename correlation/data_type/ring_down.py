@@ -1,7 +1,7 @@
 """Ring-downs: the free decay of a structure after a release or a blow, as frequency and damping against amplitude.
 
-The backbone of each mode is read from the decay (`correlation.signal.ring_down`) and compared with that of the model
-(`correlation.data_type.backbone`) at a few amplitudes. What excited the structure need not be known.
+The backbone of each mode is identified from the decay (`correlation.signal.ring_down`) and compared with that of the
+model (`correlation.data_type.backbone`) at a few amplitudes. The excitation need not be known.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,45 +28,45 @@ from correlation.signal.record import note_rounded_time
 from correlation.signal.ring_down import RingDown, analyse_ring_down, cut_decay
 from geometry.read_only_array import freeze_fields
 
-#: Amplitudes at which a mode is compared: a backbone is smooth, and neighbouring readings are not independent.
+#: Number of amplitudes at which a mode is compared: neighbouring points of a backbone are not independent.
 N_AMPLITUDE = 6
 NO_MODES: tuple[float, ...] = ()
-#: Least standard deviations, relative [-]: between modes of a decay and resonances of a model there are differences of
-#: this size that no scatter of the reading shows (frequency within a period of decay, damping of a slow change).
+#: Smallest standard deviations, relative [-]: modes of a decay and resonances of a model differ by this much even
+#: without scatter (frequency within a period of decay, damping of a slow change).
 LEAST_FREQUENCY, LEAST_DAMPING = 1e-4, 0.02
 
 #: Displacement from which a vibration on a bench is suspected to be in another unit [m].
 LARGEST = 1.0
-#: Modes of two decays, or at two amplitudes, are one if their frequencies differ by less; a change below this share of
-#: a value is none [-].
+#: Relative difference in frequency below which two modes are the same; relative change below which a value is constant
+#: [-].
 SAME_MODE, STILL = 0.03, 1e-4
-#: Kind of each trend, its name, and the factor and unit that it is written in.
+#: Kind of each trend, its name, and the factor and unit for its values in text.
 TRENDS = (("frequency", "frequency", 1.0, "Hz"), ("damping", "damping ratio", 100.0, "%"))
 Numbers = Float[NDArray[np.float64], " m"]
-#: Configuration, unit, and the row that a sensor reads, or its name where the model does not have it.
+#: Configuration, unit, and the row of the sensor in the model, or its name if the model does not have it.
 _Place: TypeAlias = tuple[str, str, tuple[float, ...] | str]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FreeDecay:
-    """A ring-down of one sensor.
+    """Ring-down of one sensor.
 
     Parameters
     ----------
     name
-        As in the manifest.
+        Name in the manifest.
     configuration
         "jointed", or "free" of all contacts.
     sensor
         Name of the sensor.
     modes
-        Backbones of the modes that were found in it.
+        Backbones of its modes.
     unit
         SI unit of the sensor.
     time, signal
-        The record, shape (n,) [s, unit].
+        Record, shape (n,) [s, unit].
     held_out
-        Whether no calibration may see it.
+        Whether it is held out of calibrations.
     """
 
     type: ClassVar[str] = "ring-down"
@@ -84,7 +84,7 @@ class FreeDecay:
 
     @property
     def sensors(self) -> tuple[str, ...]:
-        """Names of sensors of the campaign that it uses."""
+        """Names of its sensors in the campaign."""
         return (self.sensor,)
 
     @property
@@ -102,7 +102,7 @@ class FreeDecay:
 
     @property
     def _start(self) -> float:
-        """First instant that a mode is read from [s]."""
+        """First instant from which a mode is identified [s]; -inf without modes."""
         return min((mode.start for mode in self.modes), default=-np.inf)
 
     @property
@@ -117,18 +117,18 @@ class FreeDecay:
 
 
 def read_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:
-    """A ``[[ring_down]]`` of a manifest.
+    """Read a ``[[ring_down]]`` of a manifest.
 
     Raises
     ------
     CampaignError
-        A key or value that cannot be used, a sensor that is not calibrated, or a record without a decay.
+        A key or value cannot be used, the sensor is not calibrated, or the record has no decay.
     """
     return _read(table, context, partial(context.analyse, analyse_ring_down))
 
 
 def check_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:
-    """Check a ring-down without the fit of its modes, which takes long."""
+    """Check a ``[[ring_down]]`` without the fit of its modes, which is slow."""
 
     def cut(*signals: Numbers, **words: Any) -> tuple[RingDown, ...]:
         cut_decay(*signals, **words)
@@ -210,12 +210,12 @@ def compute_ring_down_features(decay: FreeDecay) -> Features:
 
 
 def predict_ring_down(model: Model, decay: FreeDecay) -> Float[NDArray[np.float64], " m"]:
-    """The backbones of the model at the same amplitudes, shape (m,); NaN where it has no steady state.
+    """Backbones of the model at the amplitudes of the features, shape (m,); NaN without a steady state.
 
     Raises
     ------
     CampaignError
-        The model has no such sensor, or it does not see a mode.
+        The model has no such sensor, or a mode is not visible at it.
     """
     configured = model.in_configuration(decay.configuration)
     predicted = []
@@ -228,7 +228,7 @@ def predict_ring_down(model: Model, decay: FreeDecay) -> Float[NDArray[np.float6
 
 
 def list_ring_down_motions(model: Model, decay: FreeDecay) -> list[Motion]:
-    """The row of the sensor with the largest displacement of each mode."""
+    """Row of the sensor and largest displacement of each mode."""
     sensor = next((item for item in model.sensors if item.name == decay.sensor), None)
     if not isinstance(sensor, Sensor):
         return []
@@ -246,17 +246,17 @@ def list_ring_down_indications(
 ) -> list[Indication]:
     """Amplitude dependence of frequency and damping of each mode, over all decays at one place.
 
-    Decays with contacts and without are two structures, and amplitudes of two places have no common scale. Channels of
-    one place and quantity have: a recorder may name each of its decays.
+    Decays with and without contacts are of two structures, and the amplitudes of two places have no common scale.
+    Channels of one place and quantity have a common scale, also under different names.
 
     Parameters
     ----------
     model
-        A model.
+        Model.
     decays
-        Decays.
+        Measured decays.
     predicted
-        What it predicts for the features of each.
+        Prediction of the features of each decay.
     """
     trends: dict[tuple[_Place, float], list[list[_Trend]]] = {}
     names: dict[_Place, dict[str, str]] = {}
@@ -299,16 +299,16 @@ def _place(model: Model, decay: FreeDecay) -> _Place:
 
 
 class _Trend(NamedTuple):
-    """Change over the logarithm of the amplitude, from the least to the largest."""
+    """Change of a value over the logarithm of the amplitude, from the smallest to the largest amplitude."""
 
     amplitude: tuple[float, float]
     measured: tuple[float, float]
     predicted: tuple[float, float]
-    """Readings at both amplitudes, and what the model predicts there."""
+    """Measured and predicted values at both amplitudes."""
     change: float
-    """Measured change, by a straight line through all readings."""
+    """Measured change, of a straight line through all points."""
     apart: float
-    """By how much the predicted change is less; NaN if it is not known."""
+    """Measured less predicted change; NaN without a prediction."""
     variance: float
     """Variance of the measured change."""
 
@@ -328,7 +328,7 @@ class _Trend(NamedTuple):
 def _make_indication(
     kind: str, quantity: str, trends: Sequence[_Trend], unit: str, factor: float, unit_of: str
 ) -> Indication:
-    """Common trend of several decays; their scatter counts where it exceeds their deviations."""
+    """Indication of the mean trend of several decays; their scatter is used if it exceeds their deviations."""
     measured, predicted, change, apart = (
         np.array([getattr(item, name) for item in trends]) for name in ("measured", "predicted", "change", "apart")
     )
@@ -353,7 +353,7 @@ def _make_indication(
 
 
 def choose_rows(mode: RingDown) -> NDArray[np.int64]:
-    """Rows of a backbone that are compared, by falling amplitude, evenly in its logarithm, shape (up to 6,)."""
+    """Rows of a backbone that are compared, by falling amplitude, even in its logarithm, shape (up to 6,)."""
     first, last = np.log(mode.amplitude[0]), np.log(mode.amplitude[-1])
     wanted = np.linspace(first + ENDS * (last - first), last - ENDS * (last - first), N_AMPLITUDE)
     rows = [int(np.argmin(np.abs(np.log(mode.amplitude) - item))) for item in wanted]

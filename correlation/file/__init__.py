@@ -1,1 +1,1 @@
-"""Files of test programs as named columns: `read_file` takes any registered format."""
+"""Files of test programs as named columns: `read_file` reads any registered format."""

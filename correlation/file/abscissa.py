@@ -1,4 +1,4 @@
-"""Times and frequencies that a file says by numbers: a sampling rate, or a first value and a step."""
+"""Time and frequency columns from numbers in a file: a sampling rate, or a first value and a step."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -11,25 +11,25 @@ from correlation.file.column import Column, MeasuredFile
 from correlation.file.quantity import OF_UNIT, find_named_quantities
 from correlation.file.unit_label import read_unit
 
-#: Formats whose columns are arrays with numbers beside them.
+#: Formats whose columns are arrays, with such numbers beside them.
 OF_ARRAYS = {"hdf5", "matlab 5", "matlab 7.3"}
-#: Tables of text, which say such numbers above their rows.
+#: Formats of text tables, with such numbers above the rows.
 OF_TEXT = {"csv"}
-#: Quantities beside which a table of text has no rows of time.
+#: Quantities of a column that exclude a time history without a time column in a text table.
 NO_HISTORY = {"time", "frequency", "angle"}
-#: Names of a sampling rate and of a step of time, without marks between their words.
+#: Names of a sampling rate and of a time step, without marks between their words.
 RATES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplefrequency", "abtastrate", "fsample", "fsamp"}
 STEP_NAMES = {"dt", "deltat", "timestep", "samplinginterval", "sampletime", "samplingtime", "timeincrement", "ts"}
-#: Units at the end of such names: their factor to Hz or s.
+#: Factors to Hz or s of the units at the end of such names.
 FACTORS = {"hz": 1.0, "khz": 1e3, "s": 1.0, "ms": 1e-3, "us": 1e-6}
-#: No rate [Hz] or step [s] is smaller, or larger than its inverse: a number that was damaged.
+#: Smallest rate [Hz] or step [s]; its inverse is the largest. Other numbers are damaged.
 MIN_RATE = 1e-12
-#: Fewer values than these are parameters, no history.
+#: Smallest length of a history; shorter columns are parameters.
 FEWEST = 20
 
 
 def add_abscissas(file: MeasuredFile) -> MeasuredFile:
-    """A file with a column of the time or frequency of columns that have none, where numbers in it say them.
+    """Add time or frequency columns for columns without an abscissa, if numbers in the file define them.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def add_abscissas(file: MeasuredFile) -> MeasuredFile:
 def _of_rate(
     file: MeasuredFile, path: str, columns: Sequence[Column], above: Callable[[], float | None]
 ) -> Column | None:
-    """The time of some columns by a sampling rate or step beside them, above them, or among their attributes."""
+    """Time of columns from a sampling rate or step among their attributes, beside them, or above them in the file."""
     if any(np.iscomplexobj(one.values) for one in columns):
         return None
     step = _step(columns[0].facts) or _step(_list_numbers(file, path)) or above()
@@ -78,7 +78,7 @@ def _of_rate(
 
 
 def _step(facts: Mapping[str, str]) -> float | None:
-    """Step of time of a rate or a step in some facts [s]; None without one, or where two of them differ."""
+    """Time step from a rate or a step among facts [s]; None if there is none, or if they differ."""
     result = set()
     for key, text in facts.items():
         whole = re.sub(r"[^a-z]", "", key.lower())
@@ -96,7 +96,7 @@ def _step(facts: Mapping[str, str]) -> float | None:
 
 
 def _of_pair(file: MeasuredFile, path: str, length: int) -> Column | None:
-    """Abscissa of values in a structure "y_values" by the numbers of one that is called "x_values", as of Testlab."""
+    """Abscissa of values in a structure "y_values" from the numbers in a structure "x_values", as in Testlab files."""
     if not re.search(r"(?:^|[./])y_values$", path):
         return None
     of_x = f"{path.removesuffix('y_values')}x_values"
@@ -111,12 +111,12 @@ def _of_pair(file: MeasuredFile, path: str, length: int) -> Column | None:
 
 
 def _tells_abscissa(column: Column) -> bool:
-    """Whether the unit or the name of a column says a time, a frequency or a phase."""
+    """Whether the unit or the name of a column is that of a time, a frequency or a phase."""
     return bool({OF_UNIT.get(column.unit, ""), *find_named_quantities(column.name)} & NO_HISTORY)
 
 
 def _may_be_abscissa(column: Column) -> bool:
-    """Whether the values of a column rise or fall from row to row."""
+    """Whether the values of a column rise or fall strictly from row to row."""
     if np.iscomplexobj(column.values):
         return False
     steps = np.diff(column.values)
@@ -124,7 +124,7 @@ def _may_be_abscissa(column: Column) -> bool:
 
 
 def _list_numbers(file: MeasuredFile, path: str) -> dict[str, str]:
-    """Single numbers within a path of a file, by their short names."""
+    """Single numbers directly within a path of a file, by their short names."""
     return {
         column.name.removeprefix(path).lstrip("./"): repr(float(column.values[0].real))
         for column in file.columns
@@ -144,7 +144,7 @@ def _mark(file: MeasuredFile) -> str:
 
 
 def _number(text: str) -> float | None:
-    """A number that a rate, a step or a first value may be; None for another text."""
+    """Number of a rate, a step or a first value; None if the text is not a number in their range."""
     try:
         number = float(text)
     except ValueError:

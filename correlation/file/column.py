@@ -25,7 +25,7 @@ class Point:
     node
         Number of the node; None if the file gives none.
     direction
-        "+x", "-rz" and the like; empty if it is unknown or the quantity has none.
+        "+x", "-rz" and the like; empty if it is unknown or the quantity has no direction.
     name
         Name of the channel or part.
     """
@@ -46,19 +46,19 @@ class Column:
     values
         Real or complex values, shape (n,); NaN where a field is empty.
     unit
-        Unit as text that `correlation.campaign.measurement_unit` understands; empty if it is unknown.
+        Unit as text for `correlation.campaign.measurement_unit`; empty if it is unknown.
     label
-        Name and unit as they stand in the file, where the name does not hold both.
+        Name and unit as in the file, if `name` does not include both.
     unit_label
-        What the file has as the unit, also where it is not understood; empty where only the name says it.
+        Label of the unit in the file, also if it is not understood; empty if the unit is only part of the name.
     abscissa
-        Name of the column over which this one is given; None if the file does not say.
+        Name of the column of its abscissa; None if the file does not state it.
     function
         "time", "frequency response", "coherence" and the like; empty if it is unknown.
     response, reference
-        Where it was measured, and where the structure was excited.
+        Points of measurement and of excitation.
     facts
-        What the file says besides: date, sampling rate, text of the identification lines.
+        Other facts of the file: date, sampling rate, text of the identification lines.
     where
         Place in the file for messages, such as "dataset 3, line 120".
     words
@@ -80,7 +80,7 @@ class Column:
 
     def __post_init__(self) -> None:
         kind = np.complex128 if np.iscomplexobj(self.values) else np.float64
-        values = np.asarray(self.values, dtype=kind).reshape(-1).view()  # a copy of 1e6 rows would cost memory
+        values = np.asarray(self.values, dtype=kind).reshape(-1).view()  # no copy: columns may have 1e6 rows
         values.setflags(write=False)
         object.__setattr__(self, "values", values)
 
@@ -94,7 +94,7 @@ class MeasuredShape:
     kind
         "normal mode", "complex mode", "frequency response", "static" and the like.
     frequency
-        Natural or exciting frequency [Hz]; NaN if there is none. Of a complex mode :math:`|\lambda| / 2 \pi`.
+        Natural or excitation frequency [Hz]; NaN if there is none; :math:`|\lambda| / 2 \pi` for a complex mode.
     damping_ratio
         Viscous damping ratio [-]; NaN if the file gives none.
     nodes
@@ -121,7 +121,7 @@ class MeasuredShape:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeasuredFile:
-    """A file of a test program.
+    """Content of a file of a test program.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ class MeasuredFile:
     format
         Name of its format.
     title
-        Title that stands in it; empty if there is none.
+        Title in the file; empty if there is none.
     columns
         Columns in the order of the file.
     nodes
@@ -138,7 +138,7 @@ class MeasuredFile:
     shapes
         Measured shapes.
     facts
-        What the file says of all columns.
+        Facts that apply to the whole file.
     """
 
     path: Path
@@ -150,12 +150,12 @@ class MeasuredFile:
     facts: Mapping[str, str] = field(default_factory=dict)
 
     def column(self, name: str) -> Column:
-        """A column by its name; a unit in brackets at the end of a header may be left out.
+        """Find a column by its name; the unit at the end of a header may be left out.
 
         Raises
         ------
         CampaignError
-            There is none, or several differ only by their units; the message lists close names.
+            There is no such column, or several differ only by their units; the message lists close names.
         """
         exact = [column for column in self.columns if column.name == name]
         matching = exact or [column for column in self.columns if split_label(column.name)[0] == name]
@@ -174,7 +174,7 @@ class MeasuredFile:
 
 
 def make_unique_names(names: Sequence[str], numbered: str = "{} ({})") -> list[str]:
-    """The same names; a repeated one gets the number of its occurrence, such as "acc (2)"."""
+    """Make names unique: a repeated name gets the number of its occurrence, such as "acc (2)"."""
     taken: set[str] = set()
     unique: list[str] = []
     for name in names:

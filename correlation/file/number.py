@@ -1,4 +1,4 @@
-"""Numbers as programs write them: Fortran's D exponents, decimal commas, groups of thousands, complex numbers."""
+"""Parsing of numbers in text files: Fortran's D exponents, decimal commas, groups of thousands, complex numbers."""
 
 import re
 from collections.abc import Sequence
@@ -8,13 +8,14 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-#: Fields that stand for a value that was not measured.
+#: Fields that mark a missing value.
 MISSING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---"}
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?|[+-]?(?:inf|infinity)", re.IGNORECASE)
 COMPLEX = re.compile(r"\(?\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([+-]\s*[\d.]+(?:[eE][+-]?\d+)?)\s*\*?\s*[ij]\s*\)?")
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eEdD][+-]?\d+)?")
-#: Groups of three digits, by whether the decimal sign is a comma: 1.234,5 or 1 234,5; 1,234.5 or 1'234.5.
+#: Separators of groups of three digits beside point and comma.
 BLANK = " \u00a0\u202f'\u2019"
+#: Numbers with groups of thousands, by whether the decimal sign is a comma: 1.234,5 or 1 234,5; 1,234.5 or 1'234.5.
 GROUPED = {
     comma: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:(?:\{group}\d{{3}})+|(?:[{BLANK}]\d{{3}})+)(?:\{sign}\d*)?")
     for comma, sign, group in ((False, ".", ","), (True, ",", "."))
@@ -22,14 +23,14 @@ GROUPED = {
 
 
 def read_number(text: str, *, decimal_comma: bool = False) -> float | complex | None:
-    """Value of a field; NaN if it stands for none that was measured, None if it is no number."""
+    """Value of a field; NaN if the field marks a missing value, None if it is not a number."""
     text = text.strip()
     if text.lower() in MISSING:
         return float("nan")
     if GROUPED[decimal_comma].fullmatch(text):
         text = re.sub(rf"[{BLANK}{'.' if decimal_comma else ','}]", "", text)
     elif decimal_comma and "." in text and NUMBER.fullmatch(text):
-        return None  # a point that is neither a decimal sign nor between groups
+        return None  # the point is neither a decimal sign nor between groups
     if decimal_comma:
         text = text.replace(",", ".")
     if NUMBER.fullmatch(text):
@@ -44,15 +45,15 @@ def read_number(text: str, *, decimal_comma: bool = False) -> float | complex | 
 
 
 def is_written_number(text: str) -> bool:
-    """Whether a field is a number with one decimal sign or the other."""
+    """Whether a field is a number with a decimal point or a decimal comma."""
     return any(read_number(text, decimal_comma=comma) is not None for comma in (False, True))
 
 
 def has_decimal_comma(rows: Sequence[Sequence[str]]) -> bool:
-    """Whether decimals are commas in rows of one length.
+    """Whether the decimal sign is a comma in rows of one length.
 
-    A sign with other than three digits behind it is a decimal sign. Where all have three, one is a group of thousands
-    if whole numbers below 1000 stand in its column, too.
+    A point or comma that is not followed by groups of three digits is a decimal sign. If all are, a column that also
+    has whole numbers below 1000 has groups of thousands.
     """
     fields = [field.strip() for row in rows for field in row]
     commas = [field for field in fields if DECIMAL_COMMA.fullmatch(field) or GROUPED[True].fullmatch(field)]
@@ -74,17 +75,18 @@ def has_decimal_comma(rows: Sequence[Sequence[str]]) -> bool:
 
 
 def may_part_thousands(rows: Sequence[Sequence[str]], *, decimal_comma: bool) -> bool:
-    """Whether decimal signs may as well part groups of thousands: three digits behind each, beside whole numbers.
+    """Whether the decimal signs may instead separate groups of thousands.
 
-    Programs that write groups write whole numbers, those below 1000 without a sign. Numbers in equal steps are whole
-    anyway, and so are those of few values, such as levels.
+    They may if three digits follow each sign and a column has whole numbers below 1000, which have no sign in a program
+    that writes groups. Columns in equal steps or of few different values, such as levels, are not counted, since their
+    values are often whole.
 
     Parameters
     ----------
     rows
         Fields of rows of one length.
     decimal_comma
-        Whether decimals are taken to be commas.
+        Whether the decimal sign was judged to be a comma.
     """
     sign = "," if decimal_comma else "."
     columns = [[field.strip() for field in column] for column in zip(*rows, strict=True)]
@@ -97,7 +99,7 @@ def may_part_thousands(rows: Sequence[Sequence[str]], *, decimal_comma: bool) ->
 
 
 def read_numbers(text: bytes) -> Float[NDArray[np.float64], " n"] | None:
-    """Numbers between blanks and line ends, shape (n,); None if something else stands there."""
+    """Numbers separated by blanks and line ends, shape (n,); None if the text has anything else."""
     if b"D" in text or b"d" in text:
         text = re.sub(rb"(?<=[\d.])[dD](?=[+-]?\d)", b"E", text)
     if b"_" in text:

@@ -1,4 +1,4 @@
-"""Quantities of test benches: the units in which they are given, and the words by which columns are called."""
+"""Quantities of test benches: their units, and their words in the names of columns."""
 
 import re
 
@@ -21,9 +21,9 @@ MOTION_WORDS = {
     "velocity": frozenset(["velocity", "vel", "v", "speed"]),
     "acceleration": frozenset(["acceleration", "acc", "accel", "accelerometer", "a", "beschleunigung", "beschl"]),
 }
-#: Words that say that a force was measured; "drive", "shaker" or "hammer" may as well say where a motion was.
+#: Words of a measured force; "drive", "shaker" or "hammer" may also be the place of a measured motion.
 FORCE_QUANTITY = frozenset(["force", "kraft", "load"])
-#: Words of other quantities; those of a force by all words that drive.
+#: Words by quantity; those of a force include all words of an excitation.
 NAMED = {
     **MOTION_WORDS,
     "force": FORCE_QUANTITY | {"f", "hammer", "shaker", "drive", "excitation", "impact", "input", "level"},
@@ -31,18 +31,18 @@ NAMED = {
     "time": frozenset(["time", "zeit", "t"]),
     "angle": frozenset(["phase", "phi", "angle"]),
 }
-#: Quantities that a voltage may stand for.
+#: Quantities that may be recorded as a voltage.
 READ_IN_VOLTS = frozenset([*MOTION_WORDS, "force"])
 
 
 def find_named_quantities(name: str) -> set[str]:
-    """Quantities that words of a name say."""
+    """Quantities that the words of a name suggest."""
     words = set(re.findall(r"[^\W\d_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()))
     return {quantity for quantity, family in NAMED.items() if words & family}
 
 
 def fits_name(name: str, unit: str) -> bool | None:
-    """Whether a unit is one of the quantity that a name says, or of a voltage that stands for it.
+    """Whether a unit is of the quantity in a name, or a voltage that may represent it.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def fits_name(name: str, unit: str) -> bool | None:
 
     Returns
     -------
-    None if the name says no quantity.
+    None if the name has no word of a quantity.
     """
     named = find_named_quantities(name)
     if not named:

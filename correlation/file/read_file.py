@@ -1,4 +1,4 @@
-"""Any test file: its format is recognised by its content first, then by its suffix; other text is taken for a table."""
+"""Reader of test files: the format is recognised by content, then by suffix; other text is read as a table."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -25,12 +25,12 @@ def read_file(path: Path) -> MeasuredFile:
 
     Returns
     -------
-    Its columns in the units of the file, its nodes and its measured shapes.
+    Content of the file: columns in the units of the file, nodes and measured shapes.
 
     Raises
     ------
     CampaignError
-        No such file, no known format, or a damaged file: one sentence with file, place, value and remedy.
+        The file does not exist, has no known format, or is damaged: one sentence with file, place, value and remedy.
     """
     format_ = find_file_format(path)
     try:
@@ -54,12 +54,12 @@ def read_file(path: Path) -> MeasuredFile:
 
 
 def find_file_format(path: Path) -> MeasuredFileFormat:
-    """The format of an existing file.
+    """Find the format of a file.
 
     Raises
     ------
     CampaignError
-        No such file, an empty one, or one of no known format.
+        The file does not exist, is empty, or has no known format.
     """
     if path.exists() and not path.is_file():
         raise CampaignError(f"{path.name}: is a folder or a device; give one file")

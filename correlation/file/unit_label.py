@@ -1,8 +1,8 @@
-"""Units as test programs label them, and as `correlation.campaign.measurement_unit` reads them.
+"""Parsing of the labels of test programs to units for `correlation.campaign.measurement_unit`.
 
 A label is a name with a unit: "acc [m/s^2]", "force (N)", "Weg / µm", "Weg in µm", "Displacement, um", "Disp um". A
-unit is made of symbols or words by products, ratios and powers; a word such as "rms" beside it says what an amplitude
-is. Only units of test benches are taken: the library of units knows so many that "acc" is an attocubic centimetre.
+unit is made of symbols or words by products, ratios and powers; a word such as "rms" beside it defines the kind of
+amplitude. Only units of test benches are accepted: pint has so many that it reads "acc" as an attocubic centimetre.
 """
 
 import re
@@ -11,19 +11,19 @@ from typing import NamedTuple
 
 from correlation.file.quantity import OF_UNIT, fits_name
 
-#: A unit in brackets, after which more words may follow.
+#: Label with a unit in brackets, after which more words may follow.
 BRACKETED = re.compile(
     r"^(?P<name>.*?)\s*(?P<both>\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*(?:\([^()]*\)[^()]*)*)\))"
     r"(?P<rest>(?!\s*[/*^·])[^\[\]()]*)$"
 )
-#: Before a unit that stands behind a name; a stroke without blanks may be that of a path or of a ratio.
+#: Sign between a name and a unit; a stroke without blanks may be part of a path or of a ratio.
 BEFORE_UNIT = re.compile(r"(?<=[^\s/,])(?:\s+/\s+|/|\s+in\s+|,\s+)(?=\S)")
-#: A unit, and behind it a word or a quantity such as a level.
+#: Unit followed by a word or by a quantity such as a level.
 OF_CELL = re.compile(r"(?P<unit>.+?)\s+(?P<words>[^\W\d_]+|\(?(?:@|at|bei)?\s*\d[\d.,p]*\s?[^\W\d_]+\)?)")
 LAST_WORD = re.compile(r"^(?P<name>.*\S)\s+(?P<unit>\S+)$")
-#: Units that are words of names, too.
+#: Units that are also words of names.
 WORDS_TOO = {"in", "min", "us", "ft"}
-#: Words that programs write for a unit, in small letters, as this project writes it.
+#: Unit by the words of programs for it, in lower case.
 ALIASES = {
     "g": "g_n", "gn": "g_n", "g0": "g_n", "g's": "g_n", "gs": "g_n", "g_n": "g_n",
     "lb": "lbf", "lbs": "lbf", "lbf": "lbf", "pound": "lbf", "pounds": "lbf",
@@ -34,7 +34,7 @@ ALIASES = {
     "%": "percent", "ips": "inch/s", "zoll": "inch", "kp": "kgf", "gal": "cm/s^2",
     "ms-2": "m/s^2", "ms^-2": "m/s^2", "cps": "Hz", "cpm": "rpm",
 }  # fmt: skip
-#: Units that are written out, each with the prefixes below: "Mikrometer", "milliseconds".
+#: Units as words, with the prefixes below: "Mikrometer", "milliseconds".
 WRITTEN_OUT = re.compile(
     r"(?P<prefix>nano|mi[ck]ro|milli|[cz]enti|kilo|)"
     r"(?:(?P<m>met(?:er|re)[sn]?)|(?P<N>newtons?)|(?P<V>volts?)|(?P<s>seconds?|sekunden?)|(?P<Hz>hertz)|(?P<Pa>pascal))"
@@ -48,20 +48,20 @@ FAMILIAR = {
     "cm", "inch", "ft", "cN", "MN", "lbf", "kgf", "poundal", "MPa", "GPa", "bar", "psi", "kg", "mg", "lb", "tonne",
     "min", "MHz", "rpm", "rad", "mrad", "deg", "percent", "J", "W", "g_n", "K", "degC",
 }  # fmt: skip
-#: Units at the end of names such as "force_N", in small letters, and those of velocities and accelerations there.
+#: Unit by the end of a name such as "force_N", in lower case; `SUFFIX` adds those of velocities and accelerations.
 SUFFIXES = {
     "rad_s": "rad/s", "s": "s", "ms": "ms", "n": "N", "kn": "kN", "mn": "mN", "m": "m", "nm": "nm",
     **{unit: ALIASES[unit] for unit in ("hz", "khz", "rpm", "lbf", "mm", "um", "in", "v", "mv", "rad", "deg", "g")},
     "mils": "thou", "volt": "V", "volts": "V",
 }  # fmt: skip
 SUFFIX = re.compile(r"(?P<length>[umn]?m|in|ft)_?(?:p(?:er)?_?)?s(?P<power>_?2)?")
-#: One sign for each that means the same; the Greek mu becomes the micro sign.
+#: Replacement of signs with the same meaning; the Greek mu becomes the micro sign.
 CHARACTERS = str.maketrans({
     "·": "*", "⋅": "*", "•": "*", "×": "*", "μ": "µ",
     **dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True)),
 })  # fmt: skip
 SUPERSCRIPT = re.compile(r"(?=[⁰¹²³⁴-⁹⁻])(?<![⁰¹²³⁴-⁹⁻])")
-#: What an amplitude is, beside its unit or within its name.
+#: Patterns of the kinds of amplitude, beside a unit or within a name.
 AMPLITUDES = {
     "peak to peak": r"p(?:ea)?k?(?:\s*-\s*|\s+to\s+|\s+)?p(?:ea)?k?|ptp|spitze-spitze",
     "rms": r"rms|r\.m\.s\.?|eff(?:ektivwert)?",
@@ -75,18 +75,18 @@ IN_WORDS = {
 WITH_AMPLITUDE = re.compile(
     rf"^(?P<unit>.*?)[\s_,-]*[\[(]?(?P<word>{'|'.join(AMPLITUDES.values())})[\])]?$", re.IGNORECASE
 )
-#: A factor before a unit; "3 N" and "80 Hz" are levels and frequencies.
+#: Factor before a unit; "3 N" and "80 Hz" are levels and frequencies.
 FACTOR = re.compile(r"(?P<times>[x×*]?)\s*\d[\d.,^eE+*×-]*\s*(?P<unit>.*)$")
 SCALED = {"displacement", "velocity", "acceleration"}
 NO_WORD = re.compile(r"[µμ²³⁻^%*\"]|\b[a-z]\.[a-z]\.")
-#: Signs that stand in units, and in no other words.
+#: Signs that occur only in units.
 SIGNS = re.compile(r"[µμ°²³⁻^%]|\w\s*/\s*\(?\w|\d/\w")
 
 
 class Label(NamedTuple):
-    """A label in parts: its name, what stands there as a unit, be it known or not, and the sign before it.
+    """Parts of a label: its name, its unit, known or unknown, and the sign before the unit.
 
-    A unit is doubtful where it is of another quantity than the name: "acc / N" may be a ratio.
+    A unit is doubtful if its quantity is not that of the name: "acc / N" may be a ratio.
     """
 
     name: str
@@ -96,11 +96,11 @@ class Label(NamedTuple):
 
 
 def split_label(label: str) -> tuple[str, str]:
-    """Name and unit of a label such as "acc [m/s^2]", "force (N)" or "Weg / µm"; the unit is empty if it names none.
+    """Name and unit of a label such as "acc [m/s^2]", "force (N)" or "Weg / µm"; the unit is empty if there is none.
 
     Returns
     -------
-    Name without the unit, and the unit as `read_unit` gives it. What is no unit stays in the name.
+    Name without the unit, and the unit as `read_unit` gives it. Text that is not a unit remains in the name.
     """
     result = find_unit(label)
     unit = "" if result.is_doubtful else read_unit(result.unit, name=result.name)
@@ -108,11 +108,12 @@ def split_label(label: str) -> tuple[str, str]:
 
 
 def find_unit(label: str) -> Label:
-    """Name of a label, and what stands there as its unit.
+    """Name of a label and the text at the place of its unit.
 
     Returns
     -------
-    Its parts; the sign is "[", "(", "/", "in", "," or, before a last word, empty. Without a unit all is name.
+    Parts of the label; the sign is "[", "(", "/", "in", "," or, before a last word, empty. Without a unit, the name is
+    the whole label.
     """
     label = label.strip()
     if (match := WITH_AMPLITUDE.match(label)) and match["unit"]:  # "Force [N] rms"
@@ -137,19 +138,19 @@ def find_unit(label: str) -> Label:
 
 
 def _may_be_behind(name: str, sign: str, token: str) -> bool:
-    """Whether a known unit stands behind a sign; a stroke without blanks needs a unit of what the name says."""
+    """Whether a known unit follows a sign; after a stroke without blanks, it must be of the quantity in the name."""
     unit = read_unit(token, name=name)
     fits = fits_name(name, unit)
     return bool(unit) and _is_symbol(token) and (fits is True or (sign != "/" and (fits is None or len(unit) > 1)))
 
 
 def _is_symbol(token: str) -> bool:
-    """Whether a unit is no letter that may as well be a name, such as that of an axis or of a voltage."""
+    """Whether a text is a symbol of a unit and not a letter that may be a name, such as that of an axis."""
     return len(token) > 1 or token in FAMILIAR or token in {"g", "G", "°", "%"}
 
 
 def _may_be_last(name: str, token: str) -> bool:
-    """Whether the last word is a unit: one of the quantity of the name, or a symbol that is no word."""
+    """Whether the last word is a unit: of the quantity in the name, or a symbol that is not a word."""
     unit = read_unit(token, name=name)
     if not unit:
         return looks_like_a_unit(token) and "/" not in token
@@ -159,7 +160,7 @@ def _may_be_last(name: str, token: str) -> bool:
 
 
 def looks_like_a_unit(token: str) -> bool:
-    """Whether a text that is no known unit has the signs of one: "µinch", "mm/furlong", "0.1 mm", "x 1000"."""
+    """Whether a text that is not a known unit looks like a unit: "µinch", "mm/furlong", "0.1 mm", "x 1000"."""
     if match := FACTOR.match(token):
         return not match["unit"] if match["times"] else OF_UNIT.get(read_unit(match["unit"]), "force") in SCALED
     words = re.findall(r"[^\W\d_]+", token)
@@ -173,13 +174,13 @@ def read_unit(label: str, *, name: str = "") -> str:
     Parameters
     ----------
     label
-        What the program wrote: "m/s²", "g", "sec", "(m/s2)/N", "[um]", "mm p-p".
+        Label of the program: "m/s²", "g", "sec", "(m/s2)/N", "[um]", "mm p-p".
     name
-        Name of the quantity: "g" is the acceleration of gravity, except of a mass.
+        Name of the quantity: "g" is the acceleration of gravity, except for a mass.
 
     Returns
     -------
-    Text such as "m/s^2" or "g_n"; empty if the label names no unit.
+    Text such as "m/s^2" or "g_n"; empty if the label is not a unit.
     """
     text = _strip_brackets(label)
     if text == "g" and re.search("mass|weight", name, re.IGNORECASE):
@@ -188,9 +189,9 @@ def read_unit(label: str, *, name: str = "") -> str:
 
 
 def find_suffix(name: str) -> tuple[str, str]:
-    """Unit at the end of a name such as "velocity_mm_s" or "disp_mm_pp": as it stands there, and as text; or empty.
+    """Unit at the end of a name such as "velocity_mm_s" or "disp_mm_pp", as in the name and as text; empty without one.
 
-    Any unit of what the name says is taken, of other quantities those in `SUFFIXES`.
+    Units in `SUFFIXES` and `SUFFIX` are always accepted, other units only if their quantity is that of the name.
     """
     parts = name.split("_")
     for size in range(min(4, len(parts) - 1), 0, -1):
@@ -213,7 +214,7 @@ def _read_suffix(ending: str) -> str:
 
 
 def split_unit_cell(cell: str, *, name: str = "") -> tuple[str, str]:
-    """Words and unit of a cell in a row of units, "(m/s^2)/N Real" or "um @ 3 N"; the words are empty in most."""
+    """Words and unit of a cell in a row of units, "(m/s^2)/N Real" or "um @ 3 N"; most cells have no words."""
     if unit := read_unit(cell, name=name):
         return "", unit
     match = OF_CELL.fullmatch(cell)
@@ -222,7 +223,7 @@ def split_unit_cell(cell: str, *, name: str = "") -> tuple[str, str]:
 
 
 def names_no_unit(label: str) -> bool:
-    """Whether a label says that there is no unit, or none that means anything: "-", "none", "EU"."""
+    """Whether a label states that there is no unit, or one without meaning: "-", "none", "EU"."""
     return _strip_brackets(label).lower() in NO_UNIT
 
 
@@ -246,7 +247,7 @@ def _strip_brackets(label: str) -> str:
 
 @cache
 def _parse(text: str) -> tuple[str, str]:
-    """Unit and meaning of an amplitude; both are empty if the text is no unit."""
+    """Unit and kind of amplitude; both are empty if the text is not a unit."""
     if text.lower() in NO_UNIT:
         return "", ""
     if unit := _read_product(text):
@@ -258,7 +259,7 @@ def _parse(text: str) -> tuple[str, str]:
     above, stroke, below = match["unit"].rpartition("/")
     if stroke and (both := WITH_AMPLITUDE.match(above.strip("( "))) and both["word"].lower() == match["word"].lower():
         unit = _read_product(f"({both['unit'].strip()})/{below.strip('( ')}")
-        return unit, ""  # of a ratio of such amplitudes nothing is left
+        return unit, ""  # the kind of amplitude cancels in a ratio
     unit = (
         "" if stroke and _read_product(below) in {"N", "mN", "kN", "lbf", "V"} else _read_product(match["unit"].strip())
     )
@@ -266,7 +267,7 @@ def _parse(text: str) -> tuple[str, str]:
 
 
 def _read_symbol(text: str) -> str:
-    """One unit without powers; empty if it is none."""
+    """One unit without powers; empty if the text is not a unit."""
     known = text if text in FAMILIAR else ALIASES.get(text.lower(), "")
     if known or not (match := WRITTEN_OUT.fullmatch(text.lower())):
         return known
@@ -275,7 +276,7 @@ def _read_symbol(text: str) -> str:
 
 
 def _read_product(text: str) -> str:
-    """A product of units with powers; empty if one of them is unknown."""
+    """Product of units with powers; empty if one of them is unknown."""
     text = SUPERSCRIPT.sub("^", text).translate(CHARACTERS).replace("**", "^")
     if known := _read_symbol(text):
         return known

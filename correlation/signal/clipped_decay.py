@@ -12,7 +12,7 @@ Samples = Float[NDArray[np.float64], " n"]
 #: its release has one. Of 20,000 random decays read by converters of 5 to 15 bits, 0.07 % look clipped; of those cut
 #: off at 95, 80 and 60 % of their largest value, 33, 78 and 95 % are found.
 FEWEST_CRESTS = 2
-#: Two crests are separate if the signal falls below this share of them in between [-].
+#: Two crests are separate if the signal falls below this fraction of them in between [-].
 BETWEEN = 0.5
 
 

@@ -10,7 +10,7 @@ from correlation.signal.record import Channels, Samples
 
 #: Lines of the spectrum next to a harmonic for the estimate of noise; the nearest ones are removed by the fit [-].
 NEAREST, FARTHEST = 3, 15
-#: A foreign tone is reported above this share of a channel's amplitude [-].
+#: A foreign tone is reported above this fraction of a channel's amplitude [-].
 LEAST_TONE = 0.01
 #: Number of lines on either side over which Hann's window spreads a tone, and largest error of a fundamental in
 #: standard deviations [-].
@@ -19,7 +19,7 @@ LEAKING, SURE = 2.0, 3.0
 BEYOND_CHANCE = 7.0
 #: Ratio of the number of samples at a crest to that at the next value below it: at most 2.4 for a sine, see `_clipped`.
 CREST = 6.0
-#: Least number of samples of a flat crest, and their least share of the record [-].
+#: Least number of samples of a flat crest, and their least fraction of the record [-].
 FEWEST_FLAT, LEAST_FLAT = 8, 2e-3
 
 
@@ -118,7 +118,7 @@ def _find_tone(time: Samples, residual: Samples, left_out: Bool[NDArray[np.bool_
     spectrum = np.abs(np.fft.rfft(residual * window))
     power = np.where(left_out, 0.0, spectrum**2)
     top = int(np.argmax(power))
-    # A tone has its three lines of Hann's window to itself: the mean without them is that of the noise.
+    # Hann's window spreads a tone over its neighbouring lines: the mean without these is that of the noise.
     noise = ~left_out
     noise[max(top - 2, 0) : top + 3] = False
     others = power[noise]

@@ -24,7 +24,7 @@ PACE = 6
 #: Relative residual above which another mode is tried first: near a fitted mode, where a nonlinear mode has further
 #: lines, and elsewhere; relative distance that counts as near [-].
 BEATS, BEATS_AFAR, NEAR = 0.1, 0.01, 0.2
-#: Largest share of the power above noise that remains after an additional mode: in general, and before splines are
+#: Largest fraction of the power above noise that remains after an additional mode: in general, and before splines are
 #: refined [-].
 MUST_EXPLAIN, MUST_EXPLAIN_BEAT = 0.7, 0.25
 #: Harmonics that are fitted with a mode.

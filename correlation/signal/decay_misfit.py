@@ -22,12 +22,12 @@ PERIODS, NEIGHBOURS = 6.0, 5
 #: Power of an average over the mean square of noise that noise exceeds with a probability of exp(-9) = 10^-4; for the
 #: largest of k averages log(k) is added [-].
 NOISE_RATIO = 9.0
-#: Largest residual of a fit as a share of a mode's amplitude [-].
+#: Largest residual of a fit as a fraction of a mode's amplitude [-].
 FOLLOWED = 0.02
 #: Plausible range of damping ratios of a mode, and largest factor of its frequency change [-].
 LEAST_DAMPING, MOST_DAMPING, MOST_CHANGE = -0.01, 0.3, 1.5
-#: Share of the range in the logarithm of the amplitude that is not compared at either end: there the error of a curve
-#: through a decay is largest, and exceeds its standard deviation [-].
+#: Fraction of the range in the logarithm of the amplitude that is not compared at either end: there the error of a
+#: curve through a decay is largest, and exceeds its standard deviation [-].
 ENDS = 0.08
 
 

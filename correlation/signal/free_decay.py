@@ -13,7 +13,7 @@ from correlation.signal.slow_flow import SlowFlow
 
 Vector = Float[NDArray[np.float64], " n"]
 
-#: The decay begins at the last point whose size is at least this share of the largest [-].
+#: The decay begins at the last point whose size is at least this fraction of the largest [-].
 AT_RELEASE = 0.97
 #: Amplitude in standard deviations of noise, averaged over this number of periods, at which a mode ends.
 ABOVE_NOISE, AVERAGED = 4.0, 5.0
@@ -34,10 +34,10 @@ PADDED = 4
 READING, BENDING = 2.0, 0.02
 #: Least range of the logarithm of an amplitude for splines: with a single estimate a mode has none [-].
 LEAST_RANGE = 0.1
-#: A line at a harmonic may be a separate mode above this share of the largest one, and if its power exceeds that at the
-#: ends of the harmonic's lines by this factor [-].
+#: A line at a harmonic may be a separate mode if its amplitude exceeds this fraction of the largest line, and its power
+#: exceeds that at the ends of the harmonic's lines by this factor [-].
 STRONG, PEAK = 0.05, 2.0
-#: Modes closer than this share of their frequency to a harmonic of another are taken for the harmonic [-].
+#: Modes closer than this fraction of their frequency to a harmonic of another are taken for the harmonic [-].
 HARMONIC = 0.03
 
 
@@ -131,7 +131,7 @@ def find_decay(
     skip = 0 if start is not None else min(round(0.5 / min(modes) / step), len(part) - 32)
     n_left = len(part) - skip
     stride = max(1, min(-(-n_left // MOST_SAMPLES), int(1 / (FEWEST_PER_PERIOD * max(modes) * step))))
-    # What a user has left out may be no decay: the low-pass uses nothing before the first sample of the part.
+    # Samples before the given start may not belong to the decay: the low-pass filter does not use them.
     skip = skip if stride == 1 else max(skip, REACH * stride)
     floor = ABOVE_NOISE * noise * np.sqrt(2 * min(modes) * step / AVERAGED)
     decay = Decay(
@@ -189,10 +189,10 @@ def guess_modes(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> lis
             harmonics=orders,
         )
         basis = flow.basis(logarithm)
-        # A little stiffness against bending holds what few readings leave open.
+        # A small penalty on bending determines coefficients that few estimates leave open.
         bend = BENDING * np.sqrt(len(basis)) * np.diff(np.eye(basis.shape[1]), min(2, basis.shape[1] - 1), axis=0)
         tied = np.vstack([basis, bend if basis.shape[1] > 1 else np.zeros((0, 1))])
-        if not intervals:  # beats of other modes do not shift the line of the spectrum as they do single readings
+        if not intervals:  # beats with other modes shift estimates of the envelope, but not the spectral line
             omega = np.full(len(omega), 2 * np.pi * own)
         parts = [
             np.linalg.lstsq(tied, np.concatenate([part, np.zeros(len(tied) - len(basis))]), rcond=None)[0]
@@ -235,7 +235,7 @@ def find_strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | No
             if not len(near) or taken:
                 continue
             top = near[np.argmax(power[near])]
-            # The flank of a damped mode falls through these lines; a line of its own stands above both of their ends.
+            # The flank of a damped mode falls over these lines; a separate mode has a peak above both of their ends.
             if power[top] > max(PEAK * power[near[[0, -1]]].max(), STRONG**2 * power.max()):
                 result.append((float(power[top]), float(line[top])))
     return max(result)[1] if result else None

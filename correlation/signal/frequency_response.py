@@ -32,7 +32,7 @@ from geometry.read_only_array import freeze_fields
 Responses = Complex[NDArray[np.complex128], "c f"]
 Shares = Float[NDArray[np.float64], "c f"]
 
-#: A blow begins where the force passes this share of its largest value [-], and is over below it. A second one within
+#: A blow begins where the force exceeds this fraction of its largest value [-], and ends below it. A second blow within
 #: a block is a double hit.
 TRIGGER = 0.2
 #: Part of a block before its blow [-].
@@ -41,8 +41,8 @@ BEFORE = 0.01
 PULSE_WINDOW = 5.0
 
 
-#: Coherence below which a response is smaller than its standard deviation over sqrt(2), even with one average, and the
-#: largest required coherence [-].
+#: Coherence at which the relative standard deviation of a response is 1 / sqrt(2) with one average, and the largest
+#: required coherence [-].
 LEAST_COHERENCE, MOST_COHERENCE = 0.5, 0.8
 #: Probability that any line of pure noise exceeds the limit of the coherence [-].
 CHANCE = 0.01
@@ -74,7 +74,8 @@ class FrequencyResponse:
     decay
         sigma of the exponential window [1/s]: all poles of H are shifted to the left by it. 0 without one.
     averages
-        Number of averaged blocks; blocks that overlap by half under a Hann window count as 5 % fewer.
+        Number of averaged blocks; blocks that overlap by half under a Hann window are equivalent to 5 % fewer
+        independent blocks.
     suspicions
         Double hits, clipped channels and the like, in words.
     """
@@ -111,7 +112,7 @@ def estimate_frequency_response(
     reference
         Force, shape (n,) [any unit].
     responses
-        Shape (n,) or (c, n) [any unit].
+        Signals, shape (n,) or (c, n) [any unit].
     block
         Length of a block [s], the inverse of the resolution; by default an eighth of the record, or for a hammer the
         time between blows.
@@ -159,7 +160,7 @@ def compute_coherence_limit(averages: int | None, count: int) -> float:
     Parameters
     ----------
     averages
-        Their number n; None if it is unknown, as that of an analyser.
+        Number n of averages; None if it is unknown, as for an analyser.
     count
         Number of values, of which none should pass by chance.
     """

@@ -28,7 +28,7 @@ Slips = Bool[NDArray[np.bool_], " j"]
 
 #: Ratio of neighbouring limits of the grid; a finer grid would change nothing [-].
 RATIO = 1.15
-#: First guess of the shortest slip as a share of the half stroke, and smallest tried value [-].
+#: First guess of the shortest slip as a fraction of the half stroke, and smallest tried value [-].
 FIRST, SHORTEST = 0.5, 0.005
 #: Shorter slips are blurred by noise [standard deviations of the displacement].
 BLURRED = 4.0

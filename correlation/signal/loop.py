@@ -24,28 +24,29 @@ from geometry.read_only_array import freeze_fields
 Values = Float[NDArray[np.float64], " p"]
 Ends = Int[NDArray[np.int64], " p"]
 
-#: Turning points count if the motion between them exceeds this number of standard deviations of noise, this share of
-#: the whole range, and this share of the motion between their neighbours [-].
+#: Turning points count if the motion between them exceeds this number of standard deviations of noise, this fraction of
+#: the whole range, and this fraction of the motion between their neighbours [-].
 BEYOND_NOISE, SMALLEST, PROMINENCE = 10.0, 0.02, 0.4
-#: Amplitudes of neighbouring periods of one plateau differ by less than this share [-].
+#: Amplitudes of neighbouring periods of one plateau differ by less than this fraction [-].
 SAME_AMPLITUDE = 0.02
 #: Least number of periods of a plateau; the first of them still depends on the loading history and does not count [-].
 FEWEST_PERIODS = 2
-#: Strokes have a common middle if it varies by less than this share of the smallest amplitude: for one-sided motions,
-#: from zero to several amplitudes, the middles differ by half of the differences of the amplitudes [-].
+#: Strokes have a common middle if it varies by less than this fraction of the smallest amplitude: for one-sided
+#: motions, from zero to several amplitudes, the middles differ by half of the differences of the strokes [-].
 CENTRED = 0.1
-#: Force at the ends of the displacement: straight lines through the samples of the last share of the stroke [-].
+#: Force at the ends of the displacement: straight lines through the samples of this last fraction of the stroke [-].
 END_SHARE = 0.04
-#: Play: where the force is below this share of its range on both branches, over at least this share of the stroke [-].
+#: Play: the force is below this fraction of its range on both branches, over at least this fraction of the stroke [-];
+#: number of parts of the stroke.
 NO_FORCE, LEAST_PLAY, PLAY_BINS = 0.03, 0.1, 50
 #: Dwell: the displacement at forces near zero (`NO_FORCE`) is more than `DWELLS` times that extrapolated at the same
-#: slope from the smaller one on both sides, up to the share `BESIDE` of the force's range [-].
+#: slope from the smaller one on both sides, up to the fraction `BESIDE` of the force's range [-].
 BESIDE, DWELLS = 0.2, 2.5
-#: A settled loop does not close if its ends differ by this share of the force's range, and by this number of standard
-#: deviations [-].
+#: A settled loop does not close if its ends differ by this fraction of the force's range, and by this number of
+#: standard deviations [-].
 OPEN, SURE = 0.05, 3.0
-#: A loop supplies energy if its work is negative by this share of that of an ellipse of its size [-], and significantly
-#: at this level [-]. The work of a single period has no scatter: the share is then `OPEN`.
+#: A loop supplies energy if its work is negative by this fraction of that of an ellipse of its size [-], and
+#: significantly at this level [-]. The work of a single period has no scatter: the fraction is then `OPEN`.
 NO_WORK, CHANCE = 1e-3, 1e-3
 
 
@@ -101,7 +102,7 @@ class Loops:
     plateaus
         Means over settled periods.
     play
-        Share of the stroke over which the force stays near zero in both directions [-]; 0 without backlash.
+        Fraction of the stroke over which the force stays near zero in both directions [-]; 0 without backlash.
     dwell
         Displacement after a reversal over which the force stays near zero, beyond a mere crossing [m]; 0 without.
     suspicions
@@ -219,7 +220,7 @@ def find_periods(displacement: Samples) -> Int[NDArray[np.int64], " p"]:
 
 
 def _find_highest_points(displacement: Samples) -> NDArray[np.intp]:
-    """Maximum of every period, with a prominence above noise and above a share of that of its neighbours."""
+    """Maximum of every period, with a prominence above noise and above a fraction of that of its neighbours."""
     from scipy.signal import find_peaks
 
     # The second difference of white noise has six times its variance, that of a smooth motion is small.
@@ -232,7 +233,7 @@ def _find_highest_points(displacement: Samples) -> NDArray[np.intp]:
 
 
 def _measure_periods(x: Samples, f: Samples, first: Ends, last: Ends) -> Float[NDArray[np.float64], "p 6"]:
-    """The numbers of all periods."""
+    """Quantities of `_measure_period` for all periods, shape (p, 6)."""
     return np.array([_measure_period(x[a : b + 1], f[a : b + 1]) for a, b in zip(first, last, strict=True)])
 
 
@@ -257,7 +258,7 @@ def _measure_period(x: Samples, f: Samples) -> Float[NDArray[np.float64], "6"]:
     highest, lowest = float(smooth[[0, -1]].mean()), float(smooth[low])
     stroke = highest - lowest
     work = float(np.sum((f[1:] + f[:-1]) / 2 * np.diff(x)) - (f[0] + f[-1]) / 2 * (x[-1] - x[0]))
-    # The highest point is where the period begins and ends: its last quarter leads there.
+    # The period begins and ends at its highest point, so that its second half precedes that reversal.
     turned = np.concatenate([np.arange(low, len(x)), np.arange(low)])
     top = _force_at_end(highest - smooth[turned], f[turned], len(x) - low, stroke)
     bottom = _force_at_end(smooth - lowest, f, low, stroke)
@@ -324,7 +325,7 @@ def _means(table: Float[NDArray[np.float64], "p 6"], first: int, last: int) -> P
 
 
 def _measure_play(x: Samples, f: Samples) -> float:
-    """Share of the stroke over which both branches have no force [-]; 0 for a mere zero crossing."""
+    """Fraction of the stroke over which both branches have no force [-]; 0 for a mere zero crossing."""
     part = np.clip(((x - x.min()) / np.ptp(x) * PLAY_BINS).astype(np.int64), 0, PLAY_BINS - 1)
     falling = np.arange(len(x)) <= np.argmin(x)
     free = np.ones(PLAY_BINS, dtype=bool)

@@ -11,13 +11,13 @@ from correlation.errors import CampaignError
 Samples = Float[NDArray[np.float64], " n"]
 Channels = Float[NDArray[np.float64], "c n"]
 
-#: Largest deviation of the instants of a uniform clock, as a share of a step: files round times [-].
+#: Largest deviation of the instants of a uniform clock, relative to a step: files round times [-].
 ROUNDING = 0.2
-#: Tolerance for an integer number of last digits, and largest rounding error of an instant in last digits [-]: half of
-#: one, and a little more by the line through all of them.
+#: Tolerance for an integer number of last digits, and largest rounding error of an instant in last digits [-]: one
+#: half, and a little more for the error of the fitted line.
 WHOLE, HALF = 1e-4, 0.6
-#: Steps that differ by less than this share are not reported [-]: half of it on either side turns the phase of the
-#: Nyquist frequency by 1 deg.
+#: Relative difference of steps below which rounding is not reported [-]: half of it on either side turns the phase of
+#: the Nyquist frequency by 1 deg.
 NOTED = 0.01
 #: Largest number of digits considered; a file with more has no relevant rounding.
 MOST_DIGITS = 10
@@ -89,12 +89,12 @@ def recover_time_base(time: Samples) -> Samples | None:
 
 
 def note_rounded_time(time: Samples) -> tuple[str, ...]:
-    """Remark on uniform instants that replace those of a file, which it has rounded; empty for others.
+    """Remark on rounded instants of a file that are replaced by uniform ones; empty for other instants.
 
     Parameters
     ----------
     time
-        Instants that `check_time` takes, shape (n,) [s].
+        Instants as in `check_time`, shape (n,) [s].
     """
     clock = recover_time_base(time)
     if clock is None or clock is time:
@@ -126,10 +126,10 @@ def _undo_rounding(time: Samples) -> Samples:
 
 
 def _lacks_samples(steps: Samples) -> bool:
-    """Whether all steps are the usual one or a whole multiple of it: samples are missing, and nothing is rounded.
+    """Whether all steps are whole multiples of the median step, so that samples are missing and nothing is rounded.
 
-    Rounding makes steps of two neighbouring numbers of digits. Where the usual one is of one digit it cannot be told
-    from samples that are missing, which is likelier than so coarse a clock.
+    Rounded steps are of two neighbouring numbers of last digits. If the median step is one last digit, rounding cannot
+    be distinguished from missing samples, which are more probable than such a coarse clock.
     """
     usual = float(np.median(steps))
     if usual <= 0:
@@ -139,7 +139,7 @@ def _lacks_samples(steps: Samples) -> bool:
 
 
 def _find_last_digit(time: Samples) -> Samples:
-    """Size of the last digit of each instant as a file wrote it: by its decimals, or its digits, shape (n,) [s]."""
+    """Size of the last written digit of each instant, for a common number of decimals or of digits, shape (n,) [s]."""
     size = np.zeros(len(time))
     with np.errstate(divide="ignore"):
         power = np.where(time == 0, -np.inf, np.floor(np.log10(np.abs(time))))
@@ -155,7 +155,7 @@ def _find_last_digit(time: Samples) -> Samples:
 
 
 def _find_last_digit_of_decade(time: Samples) -> Samples:
-    """Size of the last digit in each decade, as where five digits, but four decimals at least, are written [s]."""
+    """Size of the last written digit in each decade, as for five digits but at least four decimals, shape (n,) [s]."""
     size = np.zeros(len(time))
     power = np.floor(np.log10(np.where(time == 0, np.inf, np.abs(time))))
     power[time == 0] = power.min()

@@ -40,12 +40,13 @@ from geometry.read_only_array import freeze_fields
 
 Values = Float[NDArray[np.float64], " k"]
 
-#: Share of another mode's amplitude below which a mode is left out instead of starting the decay later [-].
+#: Ratio of the amplitude of a mode that does not fit to the largest one that fits, up to which the mode is left out
+#: instead of starting the decay later [-].
 WEAK = 0.1
 #: Number of points of a result.
 N_POINT = 60
-#: If modes do not follow their own amplitudes, the decay is started later by these numbers of periods of its lowest
-#: mode; largest share of the decay that is left out in this way [-].
+#: If modes are not functions of their own amplitudes, the decay is started later by these numbers of periods of its
+#: lowest mode; largest fraction of the decay that is left out in this way [-].
 LATER, MOST_LEFT_OUT = (2.0, 8.0, 32.0), 0.5
 
 
@@ -116,10 +117,10 @@ def analyse_ring_down(
     quantity
         "displacement", "velocity" or "acceleration".
     start, end
-        Part of the record to be used [s]; by default from half a period after the release, or from where each mode
-        follows its own amplitude, to where the modes vanish in the noise.
+        Part of the record to be used [s]; by default from half a period after the release, or later if modes are not
+        functions of their own amplitudes before, until the modes vanish in the noise.
     frequencies
-        Modes to be fitted, roughly [Hz]; by default those that stand out.
+        Approximate frequencies of the modes to be fitted [Hz]; by default those of clear spectral lines.
 
     Returns
     -------
@@ -128,7 +129,7 @@ def analyse_ring_down(
     Raises
     ------
     CampaignError
-        A clock that is not uniform, an unknown quantity, no decay in the record, or no mode that it follows.
+        A clock that is not uniform, an unknown quantity, no decay in the record, or no mode that fits it.
     """
     cut = partial(cut_decay, time, values, quantity=quantity, end=end, frequencies=frequencies)
     decay = cut(start=start)
@@ -139,7 +140,7 @@ def analyse_ring_down(
         skip = periods / lowest
         if not best.disturbed or skip > MOST_LEFT_OUT * len(decay.values) * decay.step:
             break
-        # As many digits as a user is asked to write: with them the reading is the same.
+        # Rounded to the digits of the remark, so that this start in the manifest gives the same result.
         at = round(decay.start + skip, 2 - floor(log10(skip)))
         try:
             rest = cut(start=at)
@@ -221,7 +222,7 @@ def cut_decay(
     end: float | None = None,
     frequencies: Sequence[float] | None = None,
 ) -> Decay:
-    """Cut out the decay that `analyse_ring_down` fits, with its checks; takes a small part of the time of the fit."""
+    """Cut out the decay that `analyse_ring_down` fits, with its checks; it is much faster than the fit."""
     if quantity not in DERIVATIVE:
         raise CampaignError(f'"{quantity}" is not a quantity of a ring-down: give {", ".join(DERIVATIVE)}')
     channel = check_channels(values)
@@ -257,8 +258,8 @@ def _describe(decay: Decay, fit: SlowFlowFit, number: int, power: int) -> RingDo
         np.sqrt(np.maximum(np.einsum("ki,ij,kj->k", slope, covariance, slope), 0.0))
         for slope in (by_omega, by_rate, by_start)
     )
-    # Within half a period the loop of a decay is not that of a steady state of its amplitude: what the damping changes
-    # by in that time is not known.
+    # Within half a period, the loop of a decay differs from that of a steady state: the change of the damping in this
+    # time is added to its standard deviation.
     passing = np.abs(np.gradient(decay_rate, at)) * rate * np.pi / omega
     amplitude = np.exp(at)
     return RingDown(

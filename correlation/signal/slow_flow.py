@@ -28,11 +28,11 @@ AMPLITUDE_DEGREE, MEAN_DEGREE = 3, 2
 FLOW_POINTS = 1000
 #: Extension of a flow below its last break point, at constant rates, in ln A: to 1/400 of that amplitude [-].
 EXTENSION = 6.0
-#: Largest number of Levenberg-Marquardt steps, and relative decrease of the residual that ends them: in a fit, and in
-#: one that only tracks the phases, as first guesses have priors.
+#: Largest number of Levenberg-Marquardt steps, and relative decrease of the residual that ends them: in general, and in
+#: a fit with priors, which only tracks the phases.
 ROUNDS, ENOUGH, ENOUGH_TRACKED = 25, 1e-4, 1e-2
-#: Singular values of scaled normal equations below this share count as zero, and a coefficient whose normal equations
-#: are below this share of the variance of the samples is unobservable: their quotient must not overflow [-].
+#: Relative singular value of scaled normal equations that counts as zero; and ratio of the normal equations of a
+#: coefficient to the variance of the residual below which it is unobservable: their quotient must not overflow [-].
 SINGULAR, SHOWN = 1e-12, 1e-280
 
 
@@ -131,7 +131,7 @@ class SlowFlowFit:
     flows
         The modes with their coefficients.
     covariance
-        Of the coefficients of each mode, shape (2 + 2 b, 2 + 2 b).
+        Covariance of the coefficients of each mode, shape (2 + 2 b, 2 + 2 b).
     residual
         Values minus model, shape (n,).
     n_parameter
@@ -194,7 +194,7 @@ def fit_slow_flows(values: Vector, step: float, flows: Sequence[SlowFlow], prior
             if damping > 1e5:
                 break
     variance = square / max(len(values) - len(normal), 1)
-    # What the samples do not show has a large variance in any unit, and no infinite one in counts of a converter.
+    # Coefficients that the samples do not determine get a large but finite variance, whatever the unit of the values.
     scale = np.sqrt(np.maximum(np.diag(normal), max(1e-300, SHOWN * variance)))
     covariance = np.linalg.pinv(normal / np.outer(scale, scale), rcond=SINGULAR, hermitian=True) * variance
     covariance = covariance / np.outer(scale, scale)

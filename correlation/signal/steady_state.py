@@ -19,12 +19,12 @@ from correlation.errors import CampaignError
 from correlation.signal.harmonics import DriftingFit, Harmonics, find_frequency, fit_drifting, refine_frequency
 from correlation.signal.record import Channels, Samples, check_channels, check_time
 
-#: Shares of the record at which the settled part may begin [-].
+#: Fractions of the record at which the settled part may begin [-].
 STARTS = tuple(np.linspace(0.0, 0.75, 16))
 #: Least number of periods of a settled part [-]: fewer show no drift.
 FEWEST_PERIODS = 4.0
 #: Largest relative drift that counts as settled, extrapolated to half of the record [-]; also the largest decrease of
-#: the residual, as a share of the amplitude.
+#: the residual, as a fraction of the amplitude.
 SETTLED = 0.01
 #: Probability of a significant decrease of a residual that is noise [-].
 CHANCE = 1e-3
@@ -139,7 +139,7 @@ def _find_settled_part(
         described = fit.describe(part, channels[:, first:], _share(part, time) * SETTLED)
         if described.settled and not (compute_residual_decay(fit, part) * described.residual > SETTLED).any():
             break
-    assert last is not None  # the first share is always fitted, or refused
+    assert last is not None  # the first of `STARTS` is always fitted, or refused
     return last
 
 

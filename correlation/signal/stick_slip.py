@@ -23,9 +23,9 @@ from correlation.signal.mean_loop import MeanLoop, average_loops
 from correlation.signal.record import Samples, check_channels
 from correlation.uncertainty.interval import TWO_SIDED_95
 
-#: Stiffness of the elements that never slip, as a share of the whole, below which a contact slips as a whole [-].
+#: Stiffness of the elements that never slip, as a fraction of the whole, below which a contact slips as a whole [-].
 SLIPS = 0.05
-#: Normal forces below this share of the largest are not used for friction [-].
+#: Normal forces below this fraction of the largest are not used for friction [-].
 LEAST_NORMAL = 0.1
 #: Relative errors of stiffness and friction by the grid of elements and the points of the mean loop [-].
 NUMERICAL = (2e-3, 1e-3)

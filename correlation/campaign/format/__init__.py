@@ -19,13 +19,14 @@ class CampaignFormat:
     name
         Name of the format.
     holds
-        Description of what a user gives, such as "a folder with campaign.toml".
+        Description of the path that a user gives, such as "a folder with campaign.toml".
     recognise
-        Whether a path is one of this format; it reads no more than it must, and never fails.
+        Function that decides whether a path has this format; it reads as little as possible and never fails.
     read
-        The campaign at a path, in SI, peak amplitudes of e^{+i k Omega t}; raises `CampaignError` in one sentence.
+        Reads the campaign at a path, in SI, peak amplitudes of e^{+i k Omega t}; raises `CampaignError` in one
+        sentence.
     write
-        Writes a campaign to a path that `read` reads; None for a format that is only read.
+        Writes a campaign to a path for `read`; None for a format that is only read.
     """
 
     name: str

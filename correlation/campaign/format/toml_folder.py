@@ -1,4 +1,4 @@
-"""A folder with ``campaign.toml``: its manifest, its tables, its time records, and whether they fit together."""
+"""Reader of a folder with ``campaign.toml``: manifest, tables and time records, with a check that they fit together."""
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
@@ -34,30 +34,30 @@ from correlation.row_group import group_rows
 
 
 def read_folder(folder: Path, analyse: Analyse = analyse_uncached) -> Campaign:
-    """Read the files that ``docs/campaign.md`` describes.
+    """Read a campaign folder as described in ``docs/campaign.md``.
 
     Parameters
     ----------
     folder
-        With ``campaign.toml``.
+        Folder with ``campaign.toml``.
     analyse
         As in `DataContext`.
 
     Raises
     ------
     CampaignError
-        One sentence with file, line or key, value and remedy; several that do not follow from each other, one per line.
+        One sentence with file, line or key, value and remedy; independent mistakes are listed one per line.
     """
     return _read(MeasuredFiles(folder=folder), lambda kind: kind.read, analyse)
 
 
 def check_folder(files: MeasuredFiles, analyse: Analyse = analyse_uncached) -> Campaign:
-    """The same without the analyses of data that take long and tell nothing of whether the data can be read.
+    """Read a campaign folder without the slow analyses that are not needed to decide whether its data can be read.
 
     Parameters
     ----------
     files
-        Folder, with those of its files that were read.
+        Folder, with the files of it that were read before.
     analyse
         As in `DataContext`.
     """
@@ -119,7 +119,7 @@ def _read_record(files: MeasuredFiles, entry: RecordEntry) -> TimeRecord:
 def _read_tables(
     folder: Path, manifest: Manifest, files: MeasuredFiles, data: Sequence[Datum]
 ) -> tuple[Measurement, tuple[Suspicion, ...]]:
-    """Rows of all tidy tables, runs and data that count as steady states, unsorted, and what looks wrong in them."""
+    """Rows of all tidy tables, runs and data that have steady states, unsorted, and suspicions about them."""
     tidy: dict[str, list[str]] = {}
     for test, file in zip(manifest.tests, manifest.files, strict=True):
         if file is not None:
@@ -139,7 +139,7 @@ def _read_tables(
             tables.append(rows[0])
             run_of_row.append(np.full(len(rows[0]), place))
             suspicions += rows[1]
-            # Runs were measured in the order of the manifest, unless they say another themselves.
+            # Runs were measured in the order of the manifest, unless they have a column of orders.
             first = first if "order" in run.own else int(rows[0].order.max()) + 1
     names = [sensor.name for sensor in manifest.sensors]
     for datum in data:
@@ -168,9 +168,9 @@ def _read_tidy(folder: Path, file: str, manifest: Manifest, tests: Collection[st
 
 
 def _check_runs(manifest: Manifest, measurement: Measurement, run_of_row: Int[NDArray[np.int64], " k"]) -> None:
-    """Refuse a point that two runs give, by the one with fewer rows; within a table this is refused where it is read.
+    """Refuse a point that two runs give; the message names the run with fewer rows first.
 
-    Rows of no run have the number 0.
+    Duplicates within a table are refused where it is read. Rows that are not of a run have the number 0.
     """
     if not manifest.runs:
         return
@@ -249,7 +249,7 @@ def _check_records(manifest: Manifest, records: Sequence[TimeRecord]) -> None:
                     f'{MANIFEST}: record "{record.name}" has a channel "{channel}", which is not a sensor; '
                     f'add the sensor, or force = "{channel}" if it is the driving force'
                 )
-            # A voltage is a channel that has not been calibrated: it is compared up to its scale.
+            # A channel in volts is not calibrated: it is compared up to a factor.
             wanted = {"V", find_base_unit(sensor.unit)[1] if sensor else "N"}
             if unit not in wanted:
                 raise CampaignError(

@@ -1,1 +1,1 @@
-"""Arrays, structures and references of MATLAB and HDF5 files as columns."""
+"""Conversion of arrays, structures and references of MATLAB and HDF5 files to columns."""

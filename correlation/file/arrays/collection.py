@@ -1,4 +1,4 @@
-"""Content of a file of nested arrays: numbers become columns, texts become facts."""
+"""Collection of the content of a file of nested arrays: numbers become columns, texts become facts."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from correlation.file.column import Column, make_unique_names
 from correlation.file.unit_label import read_unit, split_label
 
-#: An array with more short axes' elements than these is a picture or a matrix of a model, not a set of channels.
+#: Largest number of columns of an array; a larger array is a picture or a matrix of a model, not a set of channels.
 MOST_COLUMNS = 4096
 UNIT_KEYS = ("unit", "units", "unit_string", "unitstring", "ni_unitdescription")
 Index = Callable[[tuple[int | None, ...]], str]
 
 
 class Collection:
-    """Columns and facts of a file in the order in which they stand in it."""
+    """Columns and facts of a file, in the order of the file."""
 
     def __init__(self) -> None:
         self._columns: list[Column] = []
@@ -31,7 +31,7 @@ class Collection:
         )
 
     def add(self, name: str, values: NDArray[Any], index: Index, facts: Mapping[str, str], *, unit: str = "") -> None:
-        """Columns of an array of numbers: one for each element of its short axes.
+        """Add the columns of an array of numbers, one for each index of its short axes.
 
         Parameters
         ----------
@@ -40,9 +40,9 @@ class Collection:
         values
             Numbers of any shape.
         index
-            Text of an index, with None for the long axis.
+            Function that formats an index, with None for the longest axis.
         facts
-            What the file says of the array.
+            Facts of the array.
         unit
             Label of its unit.
         """
@@ -63,7 +63,7 @@ class Collection:
             )
 
     def add_words(self, name: str, words: list[str], facts: Mapping[str, str]) -> None:
-        """A column of text; a single text is a fact."""
+        """Add a column of text; a single text becomes a fact."""
         if len(words) <= 1:
             self.facts[name] = words[0] if words else "empty"
             return

@@ -1,4 +1,4 @@
-"""Arrays whose first column rises in equal steps: the others are given over it, as in ``[t x]`` and ``[f H]``."""
+"""Abscissas of arrays whose first column rises in equal steps, as in ``[t x]`` and ``[f H]``."""
 
 import re
 from collections.abc import Sequence
@@ -10,20 +10,20 @@ from correlation.file.column import Column, MeasuredFile
 
 #: Formats whose columns may be those of arrays.
 OF_ARRAYS = {"hdf5", "matlab 5", "matlab 7.3"}
-#: Index of a column in an array of two axes: (:,1), (1,:), [0]; and that of a cell in its row: {3,1}.
+#: Index of a column in an array of two axes: (:,1), (1,:), [0]; and index of a cell in its row: {3,1}.
 IN_ARRAY = re.compile(r"(?:\((?::,)?(\d+)(?:,:)?\)|\[(\d+)\])$")
 IN_ROW = re.compile(r"^(.*\{\d+,)(\d+)\}(?:\((?::,)?\d+(?:,:)?\))?$")
-#: Fewer values than these are parameters, no series.
+#: Smallest length of a series; shorter columns are parameters.
 FEWEST = 20
-#: Instants and lines that a program computes are off by less than this share of a step [-].
+#: Largest deviation of computed instants and spectral lines from equal steps, relative to a step [-].
 ROUNDING = 1e-3
 
 
 def pair_first_columns(file: MeasuredFile) -> MeasuredFile:
-    """A file in which the columns of such an array name the first one as their abscissa.
+    """Set the first column of each such array as the abscissa of its other columns.
 
-    Arrays with the same first column share the one that stands first; the others of it are left out. A first column of
-    a complex array becomes real.
+    Arrays with equal first columns share the first of these; the others are removed. The first column of a complex
+    array becomes real.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def pair_first_columns(file: MeasuredFile) -> MeasuredFile:
 
 
 def rises_evenly(column: Column) -> bool:
-    """Whether values rise in equal steps, as a time or the lines of a spectrum do.
+    """Whether the values of a column rise in equal steps, as a time or the lines of a spectrum do.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def rises_evenly(column: Column) -> bool:
 
 
 def _name_array(name: str) -> str:
-    """Array, or row of cells, of a column; empty for a column of neither."""
+    """Name of the array or row of cells of a column; empty for other columns."""
     if match := IN_ROW.match(name):
         return match[1]
     return name[: match.start()] if (match := IN_ARRAY.search(name)) else ""

@@ -1,4 +1,4 @@
-"""Groups, arrays, texts and references of an HDF5 file, opened so that damage is one sentence."""
+"""Groups, arrays, texts and references of an HDF5 file; damage is reported in one sentence."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from correlation.errors import CampaignError
 from fe.file.hdf5_file import find_unsafe_hdf5_content
 
-#: Compression cannot reach a higher ratio; a larger array is damage.
+#: Highest possible ratio of compression; a larger array is damaged.
 HIGHEST_RATIO = 1100
 SMALL = 100_000_000
 DEEPEST = 30
 
 
 class Hdf5Tree:
-    """An open file.
+    """Open HDF5 file, as a context manager.
 
     Parameters
     ----------
@@ -49,13 +49,13 @@ class Hdf5Tree:
             raise self.damaged(error) from None
 
     def damaged(self, error: object, name: str = "") -> CampaignError:
-        """One sentence of what the library says."""
+        """Error about a damaged file with the message of the library."""
         reason = " ".join(str(error).split())[:200]
         where = f', "{name}"' if name else ""
         return CampaignError(f"{self.path.name}{where}: is damaged or cut ({reason}); copy or export it again")
 
     def children(self, group: Any, path: str, skipped: dict[str, str]) -> Iterator[tuple[str, Any]]:
-        """Members of a group that were not visited before; links to other files are noted as skipped."""
+        """Members of a group that were not visited before; links to other files are added to `skipped`."""
         import h5py
 
         if path.count("/") > DEEPEST:
@@ -85,7 +85,7 @@ class Hdf5Tree:
 
     @staticmethod
     def is_group(node: Any) -> bool:
-        """Whether a member has members."""
+        """Whether a node is a group."""
         import h5py
 
         return isinstance(node, h5py.Group)
@@ -98,7 +98,7 @@ class Hdf5Tree:
         for key in node.attrs:
             try:
                 value = node.attrs[key]
-            except (OSError, TypeError, ValueError, KeyError):  # types that the library does not know
+            except (OSError, TypeError, ValueError, KeyError):  # types unknown to the library
                 continue
             if isinstance(value, np.ndarray) and value.size == 1:
                 value = value.reshape(-1)[0]
@@ -111,7 +111,7 @@ class Hdf5Tree:
         return facts
 
     def values(self, node: Any, name: str) -> NDArray[Any] | list[str] | str:
-        """Numbers of an array, its texts, or why it is not read."""
+        """Numbers or texts of an array, or the reason why it is not read."""
         import h5py
 
         kind = node.dtype

@@ -1,4 +1,4 @@
-"""Units of the arrays of SignalCalc (Data Physics): texts "Signal H1_2", "Real/Imag g / N" in a list `DP_Info`."""
+"""Units of the arrays of SignalCalc (Data Physics) from texts "Signal H1_2", "Real/Imag g / N" in a list `DP_Info`."""
 
 import itertools
 import re
@@ -10,15 +10,15 @@ from correlation.file.unit_label import read_unit
 INFO = "DP_Info"
 SIGNAL = re.compile(r"Signal (\w+)")
 KIND = re.compile(r"(?:Real EU|Real/Imag|Mag EU) (.+)")
-#: A product in brackets, which older versions write for the ratio of a response and its reference, too.
+#: Product in brackets, which older versions also write for the ratio of a response to its reference.
 PAIR = re.compile(r"\((.+)\)\((.+)\)")
 FIRST, VALUES = "(:,1)", "(:,2)"
 
 
 def read_signal_units(file: MeasuredFile) -> MeasuredFile:
-    """A file whose columns have the units that the list says; of a frequency response H a pair is a ratio.
+    """Set the units of columns from the list; two units in brackets are a ratio for a frequency response H.
 
-    Blocks W are those of X once more, under a window, and left out beside them.
+    Blocks W repeat the blocks X with a window and are left out beside them.
 
     Parameters
     ----------

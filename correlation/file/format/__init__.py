@@ -9,7 +9,7 @@ from geometry.registry import Registry
 
 __all__ = ["HEAD", "MEASURED_FILES", "MeasuredFileFormat"]
 
-#: Bytes from the beginning of a file by which its format is recognised.
+#: Number of bytes at the beginning of a file by which its format is recognised.
 HEAD = 4096
 
 
@@ -22,13 +22,14 @@ class MeasuredFileFormat:
     name
         Name of the format.
     holds
-        Description of what a user gives, such as "an HDF5 file".
+        Description of the file that a user gives, such as "an HDF5 file".
     suffixes
-        Endings of its files, lower case (".uff"), for files that no format recognises by their content.
+        Endings of its files, lower case (".uff"), which decide if no format or several formats recognise the content.
     recognise
-        Whether the first `HEAD` bytes of a file are those of this format; never fails.
+        Function that decides whether the first `HEAD` bytes of a file are those of this format; never fails.
     read
-        Content of a file; a damaged one is a `CampaignError` of one sentence with file, place, value and remedy.
+        Reads the content of a file; raises `CampaignError` for a damaged file, one sentence with file, place, value and
+        remedy.
     """
 
     name: str

@@ -8,7 +8,7 @@ from correlation.file.text_table.read_table import read_table
 
 
 def recognise(head: bytes) -> bool:
-    """Whether a file begins with the mark of gzip or of Unicode; other text is told by its suffix."""
+    """Whether a file begins with the mark of gzip or of Unicode; other text is recognised by its suffix."""
     return head.startswith((GZIP, *BYTE_ORDER_MARKS))
 
 

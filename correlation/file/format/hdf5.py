@@ -13,14 +13,14 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 def recognise(head: bytes) -> bool:
-    """Whether a file has the signature of HDF5, at its beginning or behind a block of the user's."""
+    """Whether a file has the signature of HDF5, at its beginning or after a user block."""
     return any(head[offset : offset + 8] == SIGNATURE for offset in (0, 512, 1024, 2048)) and not head.startswith(
         b"MATLAB"
     )
 
 
 def read(path: Path) -> MeasuredFile:
-    """Columns with the path in the file as their name, such as ``run/acc[0]``."""
+    """Read columns, named by their paths in the file, such as ``run/acc[0]``."""
     with Hdf5Tree(path) as tree:
         collection = Collection()
         collection.facts |= tree.attributes(tree.root)
@@ -32,7 +32,7 @@ def read(path: Path) -> MeasuredFile:
 
 
 def _add_group(collection: Collection, tree: Hdf5Tree, group: Any, path: str, above: Mapping[str, str]) -> None:
-    """Columns of a group and of the groups in it; what is said of a group is said of all that stands in it."""
+    """Add the columns of a group and of its subgroups; the attributes of a group apply to all its members."""
     shared = {**above, **tree.attributes(group)} if path else {}
     for key, node in tree.children(group, path, collection.facts):
         name = f"{path}/{key}" if path else key
@@ -62,7 +62,7 @@ def _add_dataset(collection: Collection, tree: Hdf5Tree, node: Any, name: str, f
 
 
 def format_hdf5_index(place: tuple[int | None, ...]) -> str:
-    """Index of a vector: [0] of a table of vectors, [0,2] of a table of tables."""
+    """Index of a vector without its long axis: [0] in an array of two axes, [0,2] in an array of three."""
     return f"[{','.join(str(one) for one in place if one is not None)}]"
 
 

@@ -1,4 +1,4 @@
-"""LabVIEW measurement files (.lvm): a header of the file, then segments, each with a header of its channels."""
+"""LabVIEW measurement files (.lvm): a file header, then segments, each with a header of its channels."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,16 +18,16 @@ from correlation.file.unit_label import read_unit, split_label
 
 FIRST_LINE, END, X = "LabVIEW Measurement", "***End_of_Header***", "X_Value"
 SEPARATORS = {"tab": "\t", "comma": ",", "semicolon": ";"}
-#: Fact of a file of several segments: how many.
+#: Fact of a file of several segments: their number.
 SEGMENTS = "segments"
-#: Units of an abscissa without a label of its unit, by its dimension.
+#: Unit of an abscissa without a unit label, by its dimension.
 SI_OF_X = {"time": "s", "frequency": "Hz"}
 Line = tuple[int, list[str]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Segment:
-    """Names of its columns, what its header says of each channel, and its numbers, shape (n, k)."""
+    """Segment of a file: names of its columns, header entries of each channel, and numbers, shape (n, k)."""
 
     names: tuple[str, ...]
     header: Mapping[str, Sequence[str]]
@@ -40,16 +40,16 @@ def recognise(head: bytes) -> bool:
 
 
 def read(path: Path) -> MeasuredFile:
-    """Channels with their abscissas; rows of segments that go on are one, others are groups "segment 1", "segment 2".
+    """Read the channels with their abscissas; consecutive segments are joined, others are "segment 1", "segment 2".
 
     Raises
     ------
     CampaignError
-        A header that does not end, or a row that is cut.
+        A header does not end, or a row is cut.
     """
     with open_text(path) as stream:
         texts = [clean(text.rstrip("\r\n")) for text in stream]
-    if not texts or not texts[0].startswith(FIRST_LINE):  # a plain table of this suffix
+    if not texts or not texts[0].startswith(FIRST_LINE):  # a plain table with this suffix
         return read_table(path, format_name="lvm")
     facts = {
         text.split(None, 1)[0]: text.split(None, 1)[1].strip() for text in _find_header(texts) if len(text.split()) > 1
@@ -100,7 +100,7 @@ def _read_row(file: str, line: Line, width: int, *, comma: bool) -> list[float]:
 
 
 def _read_entry(names: Sequence[str], header: Mapping[str, Sequence[str]], key: str, column: int) -> str:
-    """Header entry of the channel in a column: above it, or, from other programs, in the order of the channels."""
+    """Header entry of the channel in a column: above it or, by other programs, in the order of the channels."""
     texts = [text.strip() for text in header.get(key, [])]
     above = names[0] == X and not any(text for name, text in zip(names[1:], texts, strict=False) if name == X)
     place = column - 1 if above else column - names[:column].count(X)
@@ -110,7 +110,7 @@ def _read_entry(names: Sequence[str], header: Mapping[str, Sequence[str]], key: 
 def _with_x(
     names: Sequence[str], header: Mapping[str, Sequence[str]], table: Float[NDArray[np.float64], "n k"], *, comma: bool
 ) -> Float[NDArray[np.float64], "n k"]:
-    """Numbers with the abscissas that the header states by start and step where their columns are empty."""
+    """Fill empty columns of abscissas from the start and step in the header."""
     for column, name in enumerate(names):
         start, step = (
             read_number(_read_entry(names, header, key, column + 1), decimal_comma=comma) for key in ("X0", "Delta_X")
@@ -121,7 +121,7 @@ def _with_x(
 
 
 def _list_columns(segments: Sequence[_Segment]) -> Iterator[Column]:
-    """Columns with their units; each channel has the abscissa before it in its segment."""
+    """Yield columns with their units; the abscissa of a channel is the last one before it in its segment."""
     for number, segment in enumerate(segments, start=1):
         group = f"segment {number}/" if len(segments) > 1 else ""
 

@@ -17,7 +17,7 @@ def recognise(head: bytes) -> bool:
 
 
 def read(path: Path) -> MeasuredFile:
-    """Numbers as columns named as in MATLAB, such as ``FRF{1}.freq`` or ``run(2).acc(:,3)``; texts as facts."""
+    """Read numbers as columns named as in MATLAB, such as ``FRF{1}.freq`` or ``run(2).acc(:,3)``, texts as facts."""
     data = path.read_bytes()
     if not data.startswith(b"MATLAB"):
         raise CampaignError(f"{path.name}: is not a MATLAB file of version 5 or later; save it by save -v7")
@@ -34,7 +34,7 @@ def read(path: Path) -> MeasuredFile:
 
 
 def _add(collection: Collection, name: str, value: MatlabValue, facts: dict[str, str], unit: str) -> None:
-    """Columns of a value and of what it contains; facts and unit are those of the structure that it is a field of."""
+    """Add columns of a value and of its elements; facts and unit are those of the structure of which it is a field."""
     if value.numbers is not None:
         collection.add(name, value.numbers, format_matlab_index, facts, unit=unit)
     elif value.texts is not None:
@@ -50,7 +50,7 @@ def _add(collection: Collection, name: str, value: MatlabValue, facts: dict[str,
 
 
 def _add_fields(collection: Collection, name: str, record: dict[str, MatlabValue]) -> None:
-    """Fields of one structure; its texts are facts of its columns."""
+    """Add the fields of one structure; its texts are facts of its columns."""
     texts = {field: value.texts[0] for field, value in record.items() if value.texts and len(value.texts) == 1}
     units = split_listed_units(texts, [field for field in record if field not in texts])
     for field, value in record.items():
@@ -66,7 +66,7 @@ def list_element_indices(shape: tuple[int, ...]) -> list[str]:
 
 
 def format_matlab_index(place: tuple[int | None, ...]) -> str:
-    """Index of a vector in MATLAB: (:,2)."""
+    """Index of a vector in MATLAB notation, such as (:,2)."""
     return f"({','.join(':' if one is None else str(one + 1) for one in place)})"
 
 

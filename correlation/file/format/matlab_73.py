@@ -1,4 +1,4 @@
-"""MATLAB files of version 7.3 (`save -v7.3`): HDF5 with MATLAB's classes as attributes and cells as references."""
+"""MATLAB files of version 7.3 (`save -v7.3`): HDF5 with MATLAB classes as attributes and cells as references."""
 
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from correlation.file.column import MeasuredFile
 from correlation.file.format import MEASURED_FILES, MeasuredFileFormat
 from correlation.file.format.matlab_5 import format_matlab_index, list_element_indices
 
-#: Groups in which MATLAB stores what cells refer to.
+#: Groups in which MATLAB stores the targets of references.
 HIDDEN = ("#refs#", "#subsystem#")
 DEEPEST = 30
 
@@ -22,7 +22,7 @@ def recognise(head: bytes) -> bool:
 
 
 def read(path: Path) -> MeasuredFile:
-    """Numbers as columns named as in MATLAB; MATLAB stores the axes of arrays in the opposite order."""
+    """Read numbers as columns named as in MATLAB; the file has the axes of arrays in the opposite order."""
     with Hdf5Tree(path) as tree:
         collection = Collection()
         for key, node in tree.children(tree.root, "", collection.facts):
@@ -34,7 +34,7 @@ def read(path: Path) -> MeasuredFile:
 def _add(
     collection: Collection, tree: Hdf5Tree, node: Any, name: str, facts: dict[str, str], unit: str, depth: int
 ) -> None:
-    """Columns of a variable, a field or an element of a cell; facts and unit are those of its structure."""
+    """Add columns of a variable, a field or an element of a cell; facts and unit are those of its structure."""
     import h5py
 
     kind = node.attrs.get("MATLAB_class", b"")
@@ -61,7 +61,7 @@ def _add(
 
 
 def _add_fields(collection: Collection, tree: Hdf5Tree, group: Any, name: str, depth: int) -> None:
-    """Fields of a structure, or of each structure of an array: then every field is an array of references."""
+    """Add the fields of a structure or of an array of structures, whose fields are arrays of references."""
     import h5py
 
     fields = list(tree.children(group, name, collection.facts))

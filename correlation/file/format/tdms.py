@@ -14,8 +14,8 @@ from correlation.file.format import MEASURED_FILES, MeasuredFileFormat
 from correlation.file.unit_label import read_unit, split_label
 from geometry.trial_process import read_in_trial_process
 
-#: What is read of a file in a second on any machine [byte/s], and memory for each of its bytes [-]: its numbers are
-#: read twice, and may be widened from one byte to eight.
+#: Lowest reading speed on any machine [byte/s], and memory for each byte of the file [-]: its numbers are read twice,
+#: and may be widened from one byte to eight.
 SPEED, MEMORY = 5e6, 20
 
 
@@ -25,7 +25,7 @@ def recognise(head: bytes) -> bool:
 
 
 def read(path: Path) -> MeasuredFile:
-    """Channels as columns ``group/channel``; channels with equal sampling share a column of time."""
+    """Read channels as columns ``group/channel``; channels with equal sampling share a column of time."""
     from nptdms import TdmsFile
 
     if defect := read_in_trial_process(lambda: TdmsFile.read(path), path, speed=SPEED, memory=MEMORY):
@@ -49,7 +49,7 @@ def read(path: Path) -> MeasuredFile:
     finally:
         for logger, before in zip(loggers, handlers, strict=True):
             logger.handlers = before
-    if warned.messages:  # it goes on after a warning, with what it could make of the bytes
+    if warned.messages:  # after a warning, the library continues with wrong values
         raise _make_damage_error(path, warned.messages[0])
     return MeasuredFile(
         path=path, format="tdms", title=facts.get("title", facts.get("name", "")), columns=columns, facts=facts
@@ -57,14 +57,14 @@ def read(path: Path) -> MeasuredFile:
 
 
 class _Warnings(logging.Handler):
-    """Warnings of the library, which would otherwise stand on the screen."""
+    """Handler that collects the warnings of the library, which would otherwise be printed."""
 
     def __init__(self, level: int) -> None:
         super().__init__(level)
         self.messages: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Note one."""
+        """Append the message of a warning."""
         self.messages.append(record.getMessage())
 
 
@@ -85,7 +85,7 @@ def _check_complete(path: Path, content: Any) -> None:
 
 
 def _list_columns(channels: list[tuple[Any, Mapping[str, Any]]]) -> tuple[Column, ...]:
-    """Columns of channels, each with the properties of its group, which are facts of the channel too."""
+    """Columns of channels and of their times; the facts of a channel include the properties of its group."""
     columns: list[Column] = []
     times: dict[tuple[float, float, int], str] = {}
     for channel, of_group in channels:
@@ -118,13 +118,13 @@ def _list_columns(channels: list[tuple[Any, Mapping[str, Any]]]) -> tuple[Column
 
 
 def _read_values(values: NDArray[Any]) -> tuple[NDArray[Any] | None, tuple[str, ...]]:
-    """Numbers of a channel, or its words; instants become seconds after the first."""
+    """Numbers of a channel, or indices and words of a channel of text; instants become seconds after the first."""
     values = np.asarray(values)
     if values.dtype.kind == "M":
         since = (values - values[:1]).astype("timedelta64[ns]") if len(values) else values
         return since.astype(np.float64) * 1e-9, ()
     if values.dtype.kind in "biufc":
-        # Damaged numbers of 128 bits have no number of 64: they become NaN, as what a file lacks.
+        # Damaged 128-bit numbers may not fit into 64 bits: they become NaN, like missing values.
         with np.errstate(invalid="ignore", over="ignore"):
             return values.astype(np.complex128 if values.dtype.kind == "c" else np.float64), ()
     if values.dtype.kind in "OUS":

@@ -14,9 +14,9 @@ from correlation.file.uff.dataset_55 import read_shape
 from correlation.file.uff.dataset_58 import Record58, read_58
 from correlation.file.uff.units import FileUnits, read_units
 
-#: Fact that names the types of datasets that were passed over.
+#: Fact with the types of datasets that were skipped.
 NOT_READ = "datasets that are not read"
-#: Fact of a file that may be cut behind its last dataset.
+#: Fact of a file that may be cut after its last dataset.
 NOT_CLOSED = "end of the file"
 BEGINNING = re.compile(rb"(?:[ \t]*\r?\n)*[ \t]{0,4}-1[ \t]*\r?\n[ \t]{0,6}\d{1,6}")
 
@@ -27,11 +27,11 @@ def recognise(head: bytes) -> bool:
 
 
 def read(path: Path) -> MeasuredFile:
-    """Functions as columns, each with its abscissa as another column; other datasets are passed over."""
+    """Read functions as columns, each with its abscissa as another column, nodes and shapes; skip other datasets."""
     datasets = list(split_datasets(path.name, path.read_bytes()))
     if not datasets:
         raise CampaignError(f"{path.name}: has no dataset; export it again")
-    # Units hold for the whole file, wherever they stand.
+    # Units apply to the whole file, also to datasets before them.
     units = next((read_units(dataset) for dataset in datasets if dataset.kind == 164), FileUnits())
     title, facts = _read_title(datasets)
     records: list[Record58] = []

@@ -1,4 +1,4 @@
-"""WAV files: time histories of channels that are sampled together."""
+"""WAV files: time histories of channels with a common sampling rate."""
 
 import warnings
 from pathlib import Path
@@ -10,7 +10,7 @@ from correlation.file.column import Column, MeasuredFile
 from correlation.file.format import MEASURED_FILES, MeasuredFileFormat
 from geometry.trial_process import read_in_trial_process
 
-#: What is read of a file in a second on any machine [byte/s], and memory for each of its bytes [-].
+#: Lowest reading speed on any machine [byte/s], and memory for each byte of the file [-].
 SPEED, MEMORY = 5e6, 20
 #: Fact of a channel: the type of its numbers.
 STORED_AS = "stored as"
@@ -22,10 +22,10 @@ def recognise(head: bytes) -> bool:
 
 
 def read(path: Path) -> MeasuredFile:
-    """Time and channels; whole numbers stay counts of the converter, whose scale the file does not say."""
+    """Read time and channels; whole numbers remain counts of the converter, whose scale is not in the file."""
     from scipy.io import wavfile
 
-    # SciPy takes memory for all samples that the header announces, and reads those that there are.
+    # SciPy allocates memory for all samples stated in the header, even if the file has fewer.
     if defect := read_in_trial_process(lambda: wavfile.read(path), path, speed=SPEED, memory=MEMORY):
         raise CampaignError(f"{path.name}: is a damaged or cut WAV file (it {defect}); copy it again")
     try:
@@ -54,7 +54,7 @@ def read(path: Path) -> MeasuredFile:
 
 
 def holds_counts(column: Column) -> bool:
-    """Whether a column holds whole numbers of a converter, whose scale its file does not say."""
+    """Whether a column has whole numbers of a converter, whose scale is not in the file."""
     return not column.unit and column.facts.get(STORED_AS, "").startswith(("int", "uint"))
 
 

@@ -1,4 +1,4 @@
-"""Columns of dates with times of the day, such as 2025-11-14 20:07:10.531, as seconds from the first row."""
+"""Conversion of columns of dates with times, such as 2025-11-14 20:07:10.531, to seconds from the first row."""
 
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -7,12 +7,12 @@ import numpy as np
 
 from correlation.file.column import Column
 
-#: The clock of a record changes in at least this share of its rows; dates of a few runs stay words [-].
+#: Smallest ratio of different dates to rows of a time column [-]; dates of a few runs remain words.
 CHANGES = 0.5
 
 
 def read_date_times(column: Column) -> Column:
-    """A column of words that are dates with times in ISO 8601 as a time; any other column as it is.
+    """Convert a column of dates with times in ISO 8601 to a time; any other column is returned unchanged.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def read_date_times(column: Column) -> Column:
         stamps = [datetime.fromisoformat(word) for word in column.words]
     except ValueError:
         return column
-    # A stamp without a zone is compared as if all were of one.
+    # Stamps without a time zone are taken as UTC.
     instants = [stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC) for stamp in stamps]
     seconds = np.array([(instant - instants[0]).total_seconds() for instant in instants])
     return replace(

@@ -11,13 +11,13 @@ from correlation.file.number import MISSING, has_decimal_comma, is_written_numbe
 from correlation.file.text_table.open_text import clean
 from correlation.file.unit_label import read_unit
 
-#: Lines from which the dialect is judged.
+#: Number of lines from which the dialect is detected.
 SAMPLE = 200
 COMMENT = ("#", "%", "//", "!")
-#: Separators, the first of equally good ones; "" are blanks.
+#: Separators, in the order of preference if they are equally good; "" is any number of blanks.
 SEPARATORS = (";", "\t", ",", "|", "")
 WORDS = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", "": "blanks"}
-#: A line that says that units stand in the next one.
+#: Line that announces units in the next line.
 UNITS_BELOW = re.compile(r"(units?|einheit(en)?)\s*:?", re.IGNORECASE)
 
 Line = tuple[int, str]
@@ -26,16 +26,16 @@ Row = tuple[int, list[str]]
 
 @dataclass(frozen=True, kw_only=True)
 class Dialect:
-    """Format of the rows.
+    """Dialect of the rows of a text table.
 
     Parameters
     ----------
     separator
-        Between fields; empty for blanks.
+        Separator between fields; empty for blanks.
     decimal_comma
-        Whether decimals are commas.
+        Whether the decimal sign is a comma.
     paired
-        Whether commas separate fields and decimals: every number is two fields.
+        Whether commas are both separator and decimal sign, so that every number is two fields.
     closed
         Whether every row ends with a separator.
     numeric
@@ -76,7 +76,7 @@ def split_fields(text: str, separator: str) -> list[str]:
 
 
 def judge(file: str, sample: Sequence[Line]) -> tuple[Dialect, list[Row]]:
-    """Detect the dialect of a table, and the rows of its header.
+    """Detect the dialect and the header rows of a table.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def judge(file: str, sample: Sequence[Line]) -> tuple[Dialect, list[Row]]:
     Raises
     ------
     CampaignError
-        No rows of numbers, or a header that does not fit them.
+        There are no rows of numbers, or the header does not fit them.
     """
     separator, comma = _find_separator(sample)
     rows = _split(file, sample, separator)
@@ -96,7 +96,7 @@ def judge(file: str, sample: Sequence[Line]) -> tuple[Dialect, list[Row]]:
     width = Counter(len(fields) for _, fields in later).most_common(1)[0][0]
     closed = width > 1 and all(not fields[-1].strip() for _, fields in rows if len(fields) == width)
     width -= closed
-    # A header line may lack the closing separator, a preamble has another width.
+    # A header line may lack the closing separator; a preamble has another width.
     cut = [(number, fields[:width] if closed else fields) for number, fields in rows]
     of_width = [fields for _, fields in cut[len(rows) // 2 :] if len(fields) == width]
     numeric = tuple(
@@ -106,7 +106,7 @@ def judge(file: str, sample: Sequence[Line]) -> tuple[Dialect, list[Row]]:
         raise CampaignError(f"{file}: has no column of numbers; give a table with numbers below a line of names")
 
     def is_data(fields: Sequence[str]) -> bool:
-        # A spreadsheet writes an empty line above the names as a row of separators.
+        # Spreadsheets export an empty line as a row of separators.
         return (
             len(fields) == width
             and "".join(fields).strip() != ""
@@ -135,7 +135,7 @@ def _split(file: str, sample: Sequence[Line], separator: str) -> list[Row]:
 
 
 def _find_separator(sample: Sequence[Line]) -> tuple[str, bool]:
-    """Separator, and whether decimals are commas: those that make most fields numbers, of rows of one length."""
+    """Separator, and whether the decimal sign is a comma: those with most numbers in rows of one length."""
     best: tuple[float, str, bool] = (-1.0, "", False)
     texts = [text for _, text in sample][len(sample) // 3 :]
     for separator in SEPARATORS:
@@ -161,7 +161,7 @@ def _find_separator(sample: Sequence[Line]) -> tuple[str, bool]:
 
 
 def _is_paired(rows: Sequence[Row], first: int, width: int, separator: str, numeric: Sequence[bool]) -> bool:
-    """Whether a header of n names stands over rows of 2 n whole numbers: decimals are commas, as the separators."""
+    """Whether rows of 2 n whole numbers follow a header of n names: commas are then separator and decimal sign."""
     if separator != "," or first == 0 or width % 2 or not all(numeric):
         return False
     if len(rows[first - 1][1]) != width // 2:
@@ -200,14 +200,14 @@ def _find_header(file: str, above: Sequence[Row], width: int, separator: str) ->
 
 
 def _find_single_names(above: Sequence[Row]) -> list[Row]:
-    """Name and unit of the one column of a table without separators, whose blanks separate no fields."""
+    """Name and unit of the column of a table with one column, in which blanks do not separate fields."""
     lines = [(number, [" ".join(fields)]) for number, fields in above]
     names = [line for line in lines if not re.search(r"\w\s*[:=]\s", line[1][0])]
     return names[-2:] if names and read_unit(names[-1][1][0]) else names[-1:]
 
 
 def _without_marks(field: str) -> str:
-    """A field of a header; empty where it has neither letter nor digit, nor is a unit."""
+    """Field of a header; empty if it has neither letter nor digit, and is not a unit or the mark of a missing value."""
     return field if re.search(r"\w", field) or read_unit(field) or field in MISSING else ""
 
 

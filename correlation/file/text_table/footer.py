@@ -1,4 +1,4 @@
-"""Footer of a table: a closing text, totals such as "Mean;1.0;2.0", the header of another table."""
+"""Footer of a table: a closing text, totals such as "Mean;1.0;2.0", or the header of another table."""
 
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -15,7 +15,7 @@ BEGINNINGS = frozenset("0123456789+-.")
 
 
 def skip_footer(file: str, lines: Iterable[Line], dialect: Dialect, facts: dict[str, str]) -> Iterator[Line]:
-    """Rows of a table without its footer, which becomes a fact, and without empty rows.
+    """Yield the rows of a table without its footer, which becomes a fact, and without empty rows.
 
     Parameters
     ----------
@@ -24,14 +24,14 @@ def skip_footer(file: str, lines: Iterable[Line], dialect: Dialect, facts: dict[
     lines
         Lines below the header with their numbers.
     dialect
-        How they are written.
+        Dialect of the table.
     facts
-        Facts of the file, which grow.
+        Facts of the file; the footer is added.
 
     Raises
     ------
     CampaignError
-        Rows of numbers follow below a row that begins with a word: another table in the same file.
+        Rows of numbers follow a row that begins with a word: another table in the same file.
     """
     has_rows, below = False, list[Line]()
     for line in lines:
@@ -48,7 +48,7 @@ def skip_footer(file: str, lines: Iterable[Line], dialect: Dialect, facts: dict[
         elif not below or not _is_row(text, dialect):
             below.append(line)
         elif len(below) == 1 and len(dialect.fields(below[0][1])) == len(dialect.numeric):
-            yield from (*below, line)  # one damaged row, which is refused as such
+            yield from (*below, line)  # one damaged row, which the reader refuses
             below.clear()
         else:
             raise CampaignError(
@@ -61,18 +61,18 @@ def skip_footer(file: str, lines: Iterable[Line], dialect: Dialect, facts: dict[
 
 
 def describe_footer(facts: Mapping[str, str]) -> str:
-    """Sentence on the footer of a file, which is not read; empty without one."""
+    """Sentence on the footer of a file, which is not read; empty without a footer."""
     return facts.get(FOOTER, "")
 
 
 def _begins_with_word(text: str, dialect: Dialect) -> bool:
-    """Whether the first field of a line is text, where the column has numbers."""
+    """Whether the first field of a line is a word, not a number or the mark of a missing value."""
     beginning = text.lstrip()[:1]
     if not (beginning.isalpha() or beginning in '"*=<~'):
         return False
     try:
         field = dialect.fields(text)[0].strip()
-    except ValueError:  # a quotation mark that is not closed is refused as such
+    except ValueError:  # a quotation mark is not closed, which the reader refuses
         return False
     return field.lower() not in MISSING and not is_written_number(field)
 

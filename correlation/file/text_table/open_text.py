@@ -1,4 +1,4 @@
-"""Lines of a text file in any common encoding, also of a gzip file."""
+"""Opening of text files in any common encoding, also with gzip."""
 
 import gzip
 import io
@@ -16,12 +16,12 @@ BYTE_ORDER_MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf
 
 @contextmanager
 def open_text(path: Path) -> Iterator[IO[str]]:
-    """Stream of a text file; bytes that are no UTF-8 become surrogates, see `clean`.
+    """Open a text file as a stream; bytes that are not UTF-8 become surrogates, see `clean`.
 
     Raises
     ------
     CampaignError
-        It cannot be read, or its compressed content is damaged.
+        The file cannot be read, or its compressed content is damaged.
     """
     try:
         with path.open("rb") as raw:
@@ -42,5 +42,5 @@ def open_text(path: Path) -> Iterator[IO[str]]:
 
 
 def clean(text: str) -> str:
-    """Text whose bytes are no UTF-8 as those of Western Europe: "m/s²" of an old program."""
+    """Decode text with bytes that are not UTF-8 as Latin-1, such as "m/s²" of an old program."""
     return text.encode("utf-8", "surrogateescape").decode("latin-1") if not text.isprintable() else text

@@ -1,4 +1,4 @@
-"""Rows of a table of text, in blocks: columns of numbers, and columns of words as indices."""
+"""Reader of text tables, in blocks of rows: columns of numbers, and columns of words as indices."""
 
 import itertools
 import re
@@ -20,19 +20,19 @@ from correlation.file.text_table.footer import skip_footer
 from correlation.file.text_table.open_text import clean, open_text
 from correlation.file.unit_label import read_unit, split_label, split_unit_cell
 
-#: Rows that are converted together: the text of no more is in memory.
+#: Number of rows that are converted together, which limits the text in memory.
 BLOCK = 20_000
 #: Fact of a file whose decimals may be groups of thousands.
 DECIMALS = "decimals"
-#: Longer lines are no table.
+#: Largest length of a line of a table [characters].
 LONGEST = 1_000_000
-#: Key of the unit of what stands in the first column.
+#: Key of the unit of the first column.
 AXIS_UNIT = re.compile(r"(x[- ]?)?ax[ie]s ?unit|x[- ]?unit")
 KEY_VALUE = re.compile(r"^\W*([\w][\w .()/-]{0,40}?)\s*[:=;,\t]\s*(.{1,200}?)[\s;,]*$")
 
 
 def read_table(path: Path, *, format_name: str) -> MeasuredFile:
-    """Columns of a table of text.
+    """Read the columns of a text table.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
     Raises
     ------
     CampaignError
-        A row with another number of fields, a field that is no number, or no table: with file and line.
+        A row has another number of fields, a field is not a number, or there is no table: with file and line.
     """
     with open_text(path) as stream:
         comments: list[str] = []
@@ -91,7 +91,7 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
 
 
 def _with_axis_unit(columns: tuple[Column, ...], facts: Mapping[str, str]) -> tuple[Column, ...]:
-    """Columns whose first one, without a name, has the unit of the axis that a line above says: "AxisUnit;Hz"."""
+    """Give a first column without name and unit the unit of the axis in a line above the table: "AxisUnit;Hz"."""
     label = next((text for key, text in facts.items() if AXIS_UNIT.fullmatch(key)), "")
     first = columns[0]
     if not read_unit(label) or first.unit or first.name != "column 1" or len(columns) < 2:
@@ -100,7 +100,7 @@ def _with_axis_unit(columns: tuple[Column, ...], facts: Mapping[str, str]) -> tu
 
 
 def _unquote_line(text: str) -> str | None:
-    """The fields of a line that a spreadsheet took for one and put into quotation marks; None for another line."""
+    """Line that a spreadsheet put into quotation marks as one field, without these marks; None for another line."""
     line = text.strip()
     if len(line) < 2 or line[0] != '"' or line[-1] != '"':
         return None
@@ -110,7 +110,7 @@ def _unquote_line(text: str) -> str | None:
 
 
 def _read_lines(file: str, stream: IO[str], comments: list[str]) -> Iterator[Line]:
-    """Lines with their numbers; comments are put aside, blank ones left out."""
+    """Yield lines with their numbers; comments go to `comments`, blank lines are left out."""
     number = 0
     while text := stream.readline(LONGEST):
         number += 1
@@ -128,7 +128,7 @@ def _read_lines(file: str, stream: IO[str], comments: list[str]) -> Iterator[Lin
 
 
 class _Blocks:
-    """Columns that grow block by block."""
+    """Columns of a table, converted block by block."""
 
     def __init__(self, file: str, dialect: Dialect) -> None:
         self.file, self.dialect = file, dialect
@@ -136,7 +136,7 @@ class _Blocks:
         self._words: list[dict[str, int]] = [{} for _ in dialect.numeric]
 
     def add(self, lines: Sequence[Line]) -> None:
-        """Convert the next lines."""
+        """Convert the next block of lines."""
         width = len(self.dialect.numeric)
         rows = []
         for number, text in lines:
@@ -158,7 +158,7 @@ class _Blocks:
                 self._parts[column].append(np.array(codes, dtype=np.float64))
 
     def columns(self) -> Iterator[tuple[NDArray[Any], tuple[str, ...]]]:
-        """Values of every column, and its words."""
+        """Values and words of each column."""
         for parts, words in zip(self._parts, self._words, strict=True):
             values = np.concatenate(parts)
             parts.clear()
@@ -172,7 +172,7 @@ class _Blocks:
             values = np.array(list(map(float, plain)), dtype=np.float64)
         except ValueError:
             values = None
-        # Python also takes 1_000, which no program writes; a point beside decimal commas is to be looked at.
+        # Python accepts 1_000, which no program writes; a point beside decimal commas may be a group of thousands.
         strange = "_." if self.dialect.decimal_comma else "_"
         if values is not None and not any(sign in text for text in texts for sign in strange):
             return values
@@ -185,7 +185,7 @@ class _Blocks:
         return np.array(numbers)
 
     def _mistake(self, text: str) -> str:
-        """Error about a field that is no number, with the remedy."""
+        """Message about a field that is not a number, with the remedy."""
         sign, other = (",", ".") if self.dialect.decimal_comma else (".", ",")
         if other in text and is_written_number(text):
             word = {",": "comma", ".": "point"}
@@ -204,7 +204,7 @@ class _Blocks:
 
 
 def _doubt_decimals(sample: Sequence[Line], first: int, dialect: Dialect) -> str:
-    """Reason why numbers read as decimals may be thousands; empty if they may not."""
+    """Reason why decimals may be groups of thousands; empty if they cannot."""
     rows = [dialect.fields(text) for number, text in sample if number > first]
     rows = [fields for fields in rows if len(fields) == len(dialect.numeric)]
     if not may_part_thousands(rows, decimal_comma=dialect.decimal_comma):
@@ -217,7 +217,7 @@ def _doubt_decimals(sample: Sequence[Line], first: int, dialect: Dialect) -> str
 
 
 def _find_preamble_without_header(sample: Sequence[Line], dialect: Dialect) -> list[str]:
-    """Lines before the first row of numbers, where no names stand above them."""
+    """Lines before the first row of numbers in a table without names."""
     preamble = []
     for _, text in sample:
         fields = dialect.fields(text)
@@ -228,7 +228,7 @@ def _find_preamble_without_header(sample: Sequence[Line], dialect: Dialect) -> l
 
 
 def _find_commented_header(comments: Sequence[str], dialect: Dialect) -> list[Row]:
-    """Names in the last comment above the numbers, if there are as many as columns."""
+    """Names in the last comment with as many words as the table has columns; empty if there is none."""
     for comment in reversed(comments):
         text = re.sub(r"^[#%/!\s]+", "", comment)
         for separator in dict.fromkeys((dialect.separator or ",", ",", "\t", ";", "")):
@@ -242,10 +242,10 @@ def _find_commented_header(comments: Sequence[str], dialect: Dialect) -> list[Ro
 
 
 def _split_names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list[str], list[str], list[str]]:
-    """Names of columns, made unique; their units, in their names or in a row; both together; cells of the row."""
+    """Unique names of columns, their units from names or a row of units, name with unit cell, and unit cells."""
     rows = [fields for _, fields in header]
     of_units = [row for row in rows if _is_unit_row(row)]
-    units_alone = len(of_units) == len(rows) > 0  # they name the columns
+    units_alone = len(of_units) == len(rows) > 0  # the units are the names of the columns
     if units_alone:
         of_units = of_units[1:]
     of_names = _without_merged_cells([row for row in rows if not any(row is other for other in of_units)])
@@ -258,7 +258,7 @@ def _split_names_and_units(header: Sequence[Row], width: int) -> tuple[list[str]
         name = " ".join(word for word in (name, part) if word) or f"column {column + 1}"
         names.append(name)
         alone = split_unit_cell(name)[1] if units_alone and len(name) > 1 else ""
-        # A symbol such as V or V2 is as likely a name.
+        # A symbol such as V or V2 may be a name.
         units.append(unit or split_label(name)[1] or (alone if alone in OF_UNIT or "/" in alone else ""))
         labels.append(" ".join([name, *(row[column] for row in of_units)]))
         cells.append(cell)
@@ -266,7 +266,7 @@ def _split_names_and_units(header: Sequence[Row], width: int) -> tuple[list[str]
 
 
 def _without_merged_cells(rows: Sequence[Sequence[str]]) -> list[list[str]]:
-    """Rows of names; a cell that spans several columns, as above "Amp, Phase, Amp, Phase", is in each of them."""
+    """Rows of names, with a cell that spans several columns, as above "Amp, Phase, Amp, Phase", repeated in each."""
     filled = [[*row] for row in rows]
     for above, below in itertools.pairwise(filled):
         named = [place for place, cell in enumerate(above) if cell]
@@ -281,13 +281,13 @@ def _without_merged_cells(rows: Sequence[Sequence[str]]) -> list[list[str]]:
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:
-    """Whether at least half of the written fields are units."""
+    """Whether at least half of the fields that are not empty are units."""
     written = [field for field in row if field]
     return bool(written) and 2 * sum(bool(split_unit_cell(field)[1]) for field in written) >= len(written)
 
 
 def _find_facts(texts: Sequence[str]) -> dict[str, str]:
-    """Facts that comments and preamble state as "key: value"."""
+    """Facts in comments and preamble of the form "key: value"."""
     facts: dict[str, str] = {}
     for text in texts:
         match = KEY_VALUE.match(text)

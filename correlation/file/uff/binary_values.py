@@ -1,8 +1,9 @@
-"""Values of a dataset 58b: where they end, and what they are.
+"""Binary values of a dataset 58b: decoding, and the end of the values in the file.
 
-The header gives the number of values n, their type, and the length in bytes, which some programs write wrongly. The
-length is therefore computed from n. Of uneven abscissas in double precision, the abscissa has 4 bytes by the FORTRAN
-statements of the format and 8 in what most programs write; a line of -1 behind the values tells which.
+The header has the number of values n, their type, and the length in bytes, which is wrong in the files of some
+programs. The length is therefore computed from n. Uneven abscissas beside values in double precision have 4 bytes by
+the FORTRAN statements of the format, and 8 in the files of most programs; the right length is that after which a line
+of -1 follows.
 """
 
 import re
@@ -18,14 +19,14 @@ from correlation.errors import CampaignError
 END_MARK = re.compile(rb"(?:\r?\n)?[ \t]{0,4}-1[ \t]*(?:\r|\n|\Z)")
 ORDERS = {1: "<", 2: ">"}
 ORDER_NAMES = {"<": "little endian", ">": "big endian"}
-#: Binary formats of numbers that are not those of IEEE 754.
+#: Binary formats of numbers other than IEEE 754.
 OLD_FORMATS = {1: "DEC VMS", 3: "IBM 5/370"}
 SINGLE, COMPLEX = {2, 5}, {5, 6}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BinaryValues:
-    """Decoded values.
+    """Decoded values of a dataset.
 
     Parameters
     ----------
@@ -34,7 +35,7 @@ class BinaryValues:
     ordinate
         Real or complex values, shape (n,).
     end
-        Offset in the file behind them.
+        Offset of the end of the values in the file.
     """
 
     abscissa: NDArray[np.float64] | None
@@ -45,23 +46,24 @@ class BinaryValues:
 def read_binary_values(
     error: Callable[[int, str], CampaignError], identifier: str, record: str, data: bytes, start: int
 ) -> BinaryValues:
-    """Values behind the header of a dataset 58b.
+    """Read the values after the header of a binary dataset.
 
     Parameters
     ----------
     error
-        Error of the dataset: from the index of a line, -1 for the identifier, and a sentence.
+        Function that makes an error of the dataset from the index of a line, -1 for the identifier, and a sentence.
     identifier
-        Rest of the identifier's line: byte order, format of numbers, lines of header, number of bytes.
+        Rest of the identifier line: byte order, format of numbers, lines of header, number of bytes.
     record
-        Seventh line of the header: type, number of values, spacing; empty for another dataset.
+        Seventh line of the header: type, number of values, spacing; empty for a dataset of another type, whose values
+        are skipped.
     data, start
-        The file, and where the values begin.
+        Bytes of the file, and offset of the values.
 
     Raises
     ------
     CampaignError
-        Truncated values, a count that does not fit, or another byte order than the header says.
+        The values are cut, their number does not fit, or their byte order is not that in the header.
     """
     numbers = [int(field) for field in re.findall(r"-?\d+", identifier)[:4]]
     fields = re.findall(r"-?\d+", record[:30])
@@ -81,7 +83,7 @@ def read_binary_values(
     layouts = _list_layouts(kind, even == 1, ORDERS[order])
     for number, layout in enumerate(sorted(layouts, key=lambda layout: layout.itemsize * count != n_byte)):
         end = start + layout.itemsize * count
-        # At the end of the file, a cut one could pass for one with a shorter layout.
+        # The end of the file is accepted for the first layout only: a cut file may end as one of a shorter layout.
         is_last = number == 0 and end <= len(data) and not data[end:].strip()
         if is_last or END_MARK.match(data, end):
             return _decode(error, layout, data, start, end, kind in COMPLEX)
@@ -97,10 +99,10 @@ def read_binary_values(
 
 
 def _list_layouts(kind: int, even: bool, order: str) -> list[np.dtype[Any]]:
-    """Possible storage formats of a value, the most usual first."""
+    """Possible storage formats of a value, the most common first."""
     parts = 2 if kind in COMPLEX else 1
     single, double = f"{order}f4", f"{order}f8"
-    # pyuff writes single precision as double.
+    # pyuff writes values of single-precision types in double precision.
     sizes = [(single, single), (double, double)] if kind in SINGLE else [(double, double), (single, double)]
     return list(
         dict.fromkeys(
@@ -133,18 +135,18 @@ def _decode(
 
 
 def _is_swapped(values: NDArray[Any]) -> bool:
-    """Whether values are absurd as they are and ordinary with their bytes in the opposite order."""
+    """Whether values are implausible as they are, but plausible with their bytes in the opposite order."""
     return _compute_absurd_share(values) > 0.2 and _compute_absurd_share(values.byteswap()) < 0.01
 
 
 def _compute_absurd_share(values: NDArray[Any]) -> float:
-    """Share of values that no instrument gives."""
+    """Fraction of non-zero values with an implausible magnitude."""
     size = np.abs(values[values != 0].astype(np.float64))
     return float(np.mean(~((size > 1e-18) & (size < 1e18)))) if len(size) else 0.0
 
 
 def _skip(error: Callable[[int, str], CampaignError], data: bytes, start: int, n_byte: int) -> BinaryValues:
-    """Pass a binary dataset of another type."""
+    """Skip the values of a binary dataset of another type."""
     end = start + n_byte
     if n_byte < 0 or end > len(data) or not (END_MARK.match(data, end) or not data[end:].strip()):
         raise error(-1, f"does not have the stated {n_byte} bytes of binary values; export the file again")

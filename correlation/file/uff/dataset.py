@@ -1,7 +1,7 @@
-"""A universal file as a sequence of datasets, each between two lines of -1.
+"""Splitting of a universal file into datasets, each between two lines of -1.
 
 Binary values may contain any bytes, also those of a line of -1. The end of a binary dataset is therefore computed from
-the number of its values, and a line of -1 or the end of the file must follow there.
+the number of its values, and a line of -1 or the end of the file must follow.
 """
 
 import re
@@ -14,7 +14,7 @@ from correlation.file.uff.binary_values import BinaryValues, read_binary_values
 DELIMITER = re.compile(rb"[ \t]{0,4}-1[ \t]*\r?$", re.MULTILINE)
 IDENTIFIER = re.compile(rb"[ \t]{0,6}(\d{1,6})(?:([bB])(.*)|[ \t]*)\s*", re.DOTALL)
 BLANK = re.compile(rb"(?:[ \t\0\x1a]*\r?\n)*[ \t\0\x1a\r]*\Z|(?:[ \t]*\r?\n)*")
-#: What is left of the next line of -1 in a file that is cut there.
+#: Beginning of the next line of -1 in a file that is cut there.
 BEGUN = re.compile(rb"[ \t]{1,4}")
 #: Lines of text after the identifier of a binary dataset.
 HEADER_LINES = 11
@@ -29,19 +29,19 @@ class Dataset:
     file
         Name of the file.
     number
-        Place in the file, from 1.
+        Number of the dataset in the file, from 1.
     kind
         Number of its type, such as 58.
     line
-        Line of its identifier, from 1; 0 behind binary values, which have no lines.
+        Line of its identifier, from 1; 0 after binary values, which have no lines.
     byte
         Offset of its identifier.
     lines
-        Lines below the identifier; of a binary dataset those of its header.
+        Lines below the identifier; for a binary dataset the lines of its header.
     values
         Binary values; None for a dataset of text.
     is_closed
-        Whether a line of -1 follows, and none that is begun; otherwise the file may be cut behind its last dataset.
+        Whether a whole line of -1 follows and no part of another; otherwise the file may be cut after this dataset.
     """
 
     file: str
@@ -64,7 +64,7 @@ class Dataset:
         return CampaignError(f"{self.file}, {self.where(row)}: {text}")
 
     def text(self, row: int) -> str:
-        """One of its lines; raises `CampaignError` if there is none."""
+        """Text of one of its lines; raises `CampaignError` if the line does not exist."""
         if row >= len(self.lines):
             raise self.error(
                 len(self.lines) - 1,
@@ -73,7 +73,7 @@ class Dataset:
         return decode(self.lines[row])
 
     def require_at_most(self, count: int) -> None:
-        """Raise `CampaignError` if it has more lines: those of the next dataset, whose delimiter is lost."""
+        """Raise `CampaignError` if it has more lines than `count`: the delimiter of the next dataset is then lost."""
         rows = [row for row, line in enumerate(self.lines) if line.strip()]
         if len(rows) > count:
             raise self.error(
@@ -82,18 +82,18 @@ class Dataset:
 
 
 def split_datasets(file: str, data: bytes) -> Iterator[Dataset]:
-    """Datasets of a universal file.
+    """Yield the datasets of a universal file.
 
     Raises
     ------
     CampaignError
-        Something else stands between two datasets, or binary values have another length than their header says.
+        There is other text between two datasets, or the length of binary values is not that of their header.
     """
     cursor, number = _Cursor(data), 0
     while cursor.skip_blank():
         number += 1
         place, first = cursor.place, cursor.take()
-        # Some programs write one line of -1 between two datasets, not two.
+        # Some programs write only one line of -1 between two datasets.
         identifier = cursor.take() if DELIMITER.fullmatch(first.rstrip(b"\n")) else first
         match = IDENTIFIER.fullmatch(identifier)
         if match is None or (identifier is first and number == 1):
@@ -115,25 +115,25 @@ def split_datasets(file: str, data: bytes) -> Iterator[Dataset]:
 
 
 class _Cursor:
-    """Position in a file, with its line as long as lines can be counted."""
+    """Position in a file, with its line number up to the first binary values."""
 
     def __init__(self, data: bytes) -> None:
         self.data, self.position, self.line = data, 0, 1
 
     @property
     def place(self) -> str:
-        """Line, or byte behind binary values."""
+        """Position for messages: line, or byte after binary values."""
         return f"line {self.line}" if self.line else f"byte {self.position}"
 
     def take(self) -> bytes:
-        """The next line with its end."""
+        """Read the next line with its line end."""
         end = self.data.find(b"\n", self.position)
         line = self.data[self.position : end + 1] if end >= 0 else self.data[self.position :]
         self._advance(self.position + len(line))
         return line
 
     def take_until_delimiter(self) -> list[bytes]:
-        """Lines up to the next one of -1, or to the end of the file."""
+        """Read the lines up to the next line of -1, or to the end of the file."""
         start = self.position
         for match in DELIMITER.finditer(self.data, start):
             if match.start() == 0 or self.data[match.start() - 1] == 10:
@@ -144,21 +144,21 @@ class _Cursor:
         return self.data[start : self.position].split(b"\n")[: None if self.position == len(self.data) else -1]
 
     def take_delimiter(self) -> bool:
-        """Pass a line of -1, also one that follows binary values on the next line; whether it is whole."""
+        """Skip a line of -1, also on the line after binary values; returns whether it is whole."""
         match = re.compile(rb"(?:\r?\n)?[ \t]{0,4}-1[ \t]*(?:\r?\n|\r?\Z)").match(self.data, self.position)
         if match:
             self._advance(match.end())
         return match is not None and not BEGUN.fullmatch(self.data, self.position)
 
     def skip_blank(self) -> bool:
-        """Pass blank lines; whether something follows."""
+        """Skip blank lines; returns whether anything follows."""
         match = BLANK.match(self.data, self.position)
         if match:
             self._advance(match.end())
         return self.position < len(self.data)
 
     def jump(self, position: int) -> None:
-        """Pass binary values."""
+        """Skip binary values up to an offset."""
         self.position, self.line = position, 0
 
     def _advance(self, position: int) -> None:
@@ -168,7 +168,7 @@ class _Cursor:
 
 
 def decode(line: bytes) -> str:
-    """Text of a line in UTF-8, or in the encoding of old programs."""
+    """Text of a line in UTF-8, or else in Latin-1."""
     line = line.rstrip(b"\r\n")
     try:
         return line.decode("utf-8")

@@ -12,12 +12,12 @@ from correlation.file.uff.units import FileUnits
 
 
 def read_nodes(dataset: Dataset, units: FileUnits) -> dict[int, Node]:
-    """Nodes of dataset 15, one per line, or of 2411, two lines each.
+    """Read the nodes of dataset 15, one line each, or of dataset 2411, two lines each.
 
     Parameters
     ----------
     dataset
-        Its lines.
+        Dataset.
     units
         Units of the file.
 
@@ -28,7 +28,7 @@ def read_nodes(dataset: Dataset, units: FileUnits) -> dict[int, Node]:
     Raises
     ------
     CampaignError
-        A line that cannot be read, or a node that stands twice at different places.
+        A line cannot be read, or a node appears twice with different coordinates.
     """
     nodes: dict[int, Node] = {}
     rows = [row for row, line in enumerate(dataset.lines) if line.strip()]
@@ -43,7 +43,7 @@ def read_nodes(dataset: Dataset, units: FileUnits) -> dict[int, Node]:
             if coordinates is None or len(coordinates) != 3:
                 raise dataset.error(following, f'"{dataset.text(following).strip()[:60]}" are not three coordinates')
             point = coordinates
-        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused here
+        with np.errstate(over="ignore", invalid="ignore"):  # values that are not finite are refused below
             point = point * units.metre
         if not all(map(math.isfinite, point)) or int(number) <= 0:
             raise dataset.error(row, f'"{dataset.text(row).strip()[:60]}" is not a node with three coordinates')

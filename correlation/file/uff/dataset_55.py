@@ -17,7 +17,7 @@ COMPLEX = 5
 
 
 def read_shape(dataset: Dataset, units: FileUnits) -> MeasuredShape:
-    r"""Values at nodes.
+    r"""Read the values at nodes.
 
     The eigenvalue :math:`\lambda` of a complex mode gives the frequency :math:`|\lambda| / 2 \pi` and the damping ratio
     :math:`-\operatorname{Re} \lambda / |\lambda|`.
@@ -25,7 +25,7 @@ def read_shape(dataset: Dataset, units: FileUnits) -> MeasuredShape:
     Raises
     ------
     CampaignError
-        A header that cannot be read, or nodes with another number of values than it says.
+        The header cannot be read, or a node has another number of values than stated in the header.
     """
     _, analysis, _, quantity, kind, width = read_integers(dataset, 5, (10,) * 6)
     if analysis not in KINDS or kind not in {2, COMPLEX} or not 1 <= width <= 9:
@@ -71,7 +71,7 @@ def _read_frequency_and_damping(analysis: int, real: np.ndarray) -> tuple[float,
 
 
 def _read_values(dataset: Dataset, start: int, width: int, has_phase: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers of the nodes and their values, the first six of each."""
+    """Numbers of the nodes, and their values, at most six per node."""
     needed = width * (2 if has_phase else 1)
     rows = [row for row in range(start, len(dataset.lines)) if dataset.lines[row].strip()]
     nodes: list[int] = []

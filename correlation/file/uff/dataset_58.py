@@ -29,7 +29,7 @@ DATA_TYPES = {
     11: "velocity", 12: "acceleration", 13: "excitation force", 15: "pressure", 16: "mass", 17: "time",
     18: "frequency", 19: "rotational speed", 20: "order",
 }  # fmt: skip
-#: Functions whose values have the unit of the ordinate, and those with that of a ratio.
+#: Functions whose values have the unit of the ordinate, and functions whose values have the unit of a ratio.
 PLAIN, RATIO = {"", "time", "spectrum", "order function"}, {"frequency response", "transmissibility"}
 AXES = ("", "x", "y", "z", "rx", "ry", "rz")
 POINTS = re.compile(
@@ -39,7 +39,7 @@ POINTS = re.compile(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Record58:
-    """A function and its abscissa, before columns of the file share abscissas."""
+    """Function of one dataset with its own abscissa, before equal abscissas of a file are merged."""
 
     column: Column
     abscissa: NDArray[np.float64]
@@ -49,19 +49,19 @@ class Record58:
 
 
 def read_58(dataset: Dataset, units: FileUnits) -> Record58:
-    """One function.
+    """Read one function.
 
     Parameters
     ----------
     dataset
-        Its lines or binary values.
+        Dataset with lines or binary values.
     units
-        Units of the file, for functions without a label of their unit.
+        Units of the file, for functions without a unit label.
 
     Raises
     ------
     CampaignError
-        A header that cannot be read, or another number of values than it says.
+        The header cannot be read, or the number of values is not that in the header.
     """
     function, response, reference = _read_points(dataset)
     kind, count, spacing, first, step, z = read_fields(dataset, 6, (10, 10, 10, 13, 13, 13), "iiieee")
@@ -94,7 +94,7 @@ def read_58(dataset: Dataset, units: FileUnits) -> Record58:
         facts={key: text for key, text in facts.items() if text},
         where=dataset.where(),
     )
-    # What the type says is surer than a label that users write.
+    # The data type is more reliable than a label, which users write.
     label = axis[1] if axis[1].upper() != "NONE" else ""
     named = {17: "time", 18: "frequency", 19: "rotational speed", 20: "order"}.get(axis[0]) or label or "abscissa"
     unit = _find_axis_unit(axis, units)
@@ -104,7 +104,7 @@ def read_58(dataset: Dataset, units: FileUnits) -> Record58:
 
 
 def _read_points(dataset: Dataset) -> tuple[str, Point, Point | None]:
-    """Function and its degrees of freedom."""
+    """Type of the function, and its points of response and reference."""
     text = dataset.text(5)
     widths = (5, 10, 5, 10, 1, 10, 10, 4, 1, 10, 10, 4)
     fields: Sequence[Any]
@@ -133,7 +133,7 @@ def _read_points(dataset: Dataset) -> tuple[str, Point, Point | None]:
 
 
 def _label(point: Point | None) -> str:
-    """A point as test programs write it: 12Z+."""
+    """Point in the notation of test programs: 12Z+."""
     if point is None:
         return ""
     where = str(point.node) if point.node is not None else point.name
@@ -150,7 +150,7 @@ def _read_axis(dataset: Dataset, row: int) -> tuple[int, str, str]:
 
 
 def _find_unit(function: str, number: tuple[int, str, str], per: tuple[int, str, str], units: FileUnits) -> str:
-    """Unit of the ordinate: that of its label, or of its data type."""
+    """Unit of the ordinate by its label or data type, as a ratio for functions in `RATIO`; empty if it is unknown."""
     label = read_unit(number[2], name=number[1])
     above = _find_axis_unit(number, units)
     if function in RATIO and above:
@@ -163,7 +163,7 @@ def _find_unit(function: str, number: tuple[int, str, str], per: tuple[int, str,
 
 
 def _find_axis_unit(axis: tuple[int, str, str], units: FileUnits) -> str:
-    """Unit of an axis: that of its label; of its data type only where the label says nothing."""
+    """Unit of an axis by its label, or by its data type if the label has no unit."""
     data_type, name, label = axis
     return read_unit(label, name=name) or (units.of_type(data_type) if names_no_unit(label) else "")
 
@@ -171,7 +171,7 @@ def _find_axis_unit(axis: tuple[int, str, str], units: FileUnits) -> str:
 def _read_text_values(
     dataset: Dataset, kind: int, count: int, *, even: bool
 ) -> tuple[NDArray[np.float64] | None, NDArray[Any]]:
-    """Abscissa, unless even, and ordinate of values that are text."""
+    """Abscissa, None if it is even, and ordinate of a dataset of text."""
     parts = 2 if kind in COMPLEX else 1
     needed = count * (parts + (not even))
     numbers = read_numbers(b"\n".join(dataset.lines[11:]))
@@ -185,13 +185,13 @@ def _read_text_values(
         )
     table = numbers[:needed].reshape(count, -1) if count else numbers[:0].reshape(0, parts + (not even))
     ordinate = table[:, -parts:]
-    with np.errstate(invalid="ignore"):  # an infinite number stays what it is, for whoever uses it to refuse
+    with np.errstate(invalid="ignore"):  # infinite numbers are kept here and refused where they are used
         values = ordinate[:, 0] + 1j * ordinate[:, 1] if parts == 2 else ordinate[:, 0]
     return None if even else table[:, 0], values
 
 
 def _read_by_width(dataset: Dataset, kind: int, *, even: bool) -> NDArray[np.float64]:
-    """Numbers line by line, in fields of fixed width where no blanks separate them."""
+    """Read numbers line by line, from fields of fixed width if they are not separated by blanks."""
     parts = 2 if kind in COMPLEX else 1
     if kind in SINGLE:
         widths = [13] * 6
@@ -206,7 +206,7 @@ def _read_by_width(dataset: Dataset, kind: int, *, even: bool) -> NDArray[np.flo
             numbers.extend(apart.tolist())
             continue
         used = next((n for n in range(len(widths) + 1) if sum(widths[:n]) >= len(text)), len(widths))
-        # Numbers end where their fields do; otherwise characters are lost.
+        # A line that does not end with a field has lost characters.
         if len(text) != sum(widths[:used]):
             raise dataset.error(row, f'"{text.strip()[:80]}" are not {len(widths)} numbers; export the file again')
         numbers.extend(float(value) for value in read_fields(dataset, row, widths[:used], "e" * used))

@@ -1,4 +1,4 @@
-"""Records of fixed width, as FORTRAN writes them, and as programs write them that only separate fields by blanks."""
+"""Parsing of records: fields of fixed width as written by FORTRAN, or fields separated by blanks."""
 
 import re
 from collections.abc import Sequence
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from correlation.file.number import read_numbers
 from correlation.file.uff.dataset import Dataset
 
-#: Width of a real number in a record of six [characters].
+#: Width of a real number in a record of six numbers [characters].
 REAL = 13
 
 
 def read_fields(dataset: Dataset, row: int, widths: Sequence[int], kinds: str) -> list[int | float | str]:
-    """Fields of one line.
+    """Read the fields of one line; missing fields are 0 or empty.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def read_fields(dataset: Dataset, row: int, widths: Sequence[int], kinds: str) -
     Raises
     ------
     CampaignError
-        A field that is no number; absent ones are 0 or empty.
+        A field is not a number of its kind.
     """
     text = dataset.text(row)
     fixed = _parse(_slice_fields(text, widths), kinds)
@@ -44,12 +44,12 @@ def read_fields(dataset: Dataset, row: int, widths: Sequence[int], kinds: str) -
 
 
 def read_integers(dataset: Dataset, row: int, widths: Sequence[int]) -> list[int]:
-    """Whole numbers of one line; raises `CampaignError` as `read_fields` does."""
+    """Read the whole numbers of one line; raises `CampaignError` as `read_fields` does."""
     return [int(value) for value in read_fields(dataset, row, widths, "i" * len(widths))]
 
 
 def read_reals(dataset: Dataset, row: int) -> NDArray[np.float64] | None:
-    """Real numbers of one line, between blanks or in fields of 13 characters (6E13.5); None for other text.
+    """Read the real numbers of one line, separated by blanks or in fields of 13 characters (6E13.5); None if it fails.
 
     Parameters
     ----------

@@ -6,12 +6,12 @@ from correlation.file.number import read_numbers
 from correlation.file.uff.dataset import Dataset
 from correlation.file.uff.record import read_fields
 
-#: Length and force of the units codes.
+#: Units of length and force by units code.
 CODES = {
     1: ("m", "N"), 2: ("ft", "lbf"), 3: ("m", "kgf"), 4: ("ft", "poundal"), 5: ("mm", "mN"), 6: ("cm", "cN"),
     7: ("inch", "lbf"), 8: ("mm", "kgf"), 10: ("mm", "N"),
 }  # fmt: skip
-#: How many of each unit are one metre or one newton: factors of the files by which they are divided.
+#: Number of units per metre or newton; values in a file are divided by this factor.
 LENGTHS = {"m": 1.0, "mm": 1000.0, "cm": 100.0, "um": 1e6, "ft": 1 / 0.3048, "inch": 1 / 0.0254}
 FORCES = {
     "N": 1.0, "mN": 1000.0, "cN": 100.0, "kN": 1e-3, "lbf": 1 / 4.4482216152605, "kgf": 1 / 9.80665,
@@ -30,7 +30,7 @@ class FileUnits:
     metre
         Length of its unit [m].
     described
-        What the file says of them.
+        Description of the units from the file.
     """
 
     length: str = ""
@@ -39,7 +39,7 @@ class FileUnits:
     described: str = ""
 
     def of_type(self, data_type: int) -> str:
-        """Unit of a specific data type, such as 12 for acceleration; empty if it is unknown."""
+        """Unit of a data type, such as 12 for acceleration; empty if it is unknown."""
         if data_type in {17, 18, 19}:
             return {17: "s", 18: "Hz", 19: "rpm"}[data_type]
         if data_type in {9, 13}:
@@ -52,12 +52,12 @@ class FileUnits:
 
 
 def read_units(dataset: Dataset) -> FileUnits:
-    """Units of dataset 164.
+    """Read the units of dataset 164.
 
     Raises
     ------
     CampaignError
-        Fields that are no numbers, or a factor that is not positive.
+        A field is not a number, or a factor is not positive.
     """
     code, description, _ = read_fields(dataset, 0, (10, 20, 10), "iti")
     dataset.text(1)
@@ -68,7 +68,7 @@ def read_units(dataset: Dataset) -> FileUnits:
     length, force = float(factors[0]), float(factors[1])
     if not (0 < length < 1e30 and 0 < force < 1e30):
         raise dataset.error(1, f"the factors of length {length:g} and force {force:g} must be positive")
-    # Factors count more than the code: programs write code 5 (mm, mN) for mm and N.
+    # Factors have priority over the code: programs write code 5 (mm, mN) for mm and N.
     named = CODES.get(int(code), ("", ""))
     return FileUnits(
         length=_find_closest(LENGTHS, length, named[0]),
@@ -79,6 +79,6 @@ def read_units(dataset: Dataset) -> FileUnits:
 
 
 def _find_closest(factors: dict[str, float], factor: float, named: str) -> str:
-    """Unit of a factor; among equal ones the one that the code names."""
+    """Unit with a factor, preferably that of the code; empty if there is none."""
     names = [name for name, value in factors.items() if abs(value / factor - 1) < 1e-4]
     return named if named in names else next(iter(names), "")

@@ -1,4 +1,4 @@
-"""Universal files from measured files: datasets 151, 164, 15 and 58 or 58b, in double precision."""
+"""Writer of universal files: datasets 151, 164, 15 and 58 or 58b, in double precision."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +11,7 @@ from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, Point
 from correlation.file.uff.dataset_58 import AXES, FUNCTIONS
 
-#: Abscissas of which the description has a data type.
+#: Data types of abscissas.
 DATA_TYPES = {"time": 17, "frequency": 18}
 LENGTH_OF_ID, LENGTH_OF_NAME = 80, 10
 
@@ -22,7 +22,7 @@ def write_uff(measured: MeasuredFile, path: Path, *, binary: bool = False) -> No
     Parameters
     ----------
     measured
-        What is written. Values as text have 12 digits, abscissas in equal steps 6; binary values have all.
+        Content to write. Values have 12 digits as text and all digits as binary; abscissas have 6 digits as text.
     path
         Path of the file.
     binary
@@ -31,7 +31,7 @@ def write_uff(measured: MeasuredFile, path: Path, *, binary: bool = False) -> No
     Raises
     ------
     CampaignError
-        A column whose abscissa is not among the columns, or has another length.
+        The abscissa of a column is not among the columns, or has another length.
     """
     blocks = [_format_title(measured.title or measured.path.stem), _format_units()]
     if measured.nodes:
@@ -96,7 +96,7 @@ def _format_function(column: Column, abscissa: Column, file: str, binary: bool) 
 
 
 def _find_even_step(x: Float[NDArray[np.float64], " n"]) -> float | None:
-    """Step of an abscissa that six digits give exactly; None if it has to be written point by point."""
+    """Step of an abscissa that six digits describe exactly; None if it has to be written point by point."""
     if len(x) < 2:
         return None
     first, step = float(f"{x[0]:.5E}"), float(f"{x[1] - x[0]:.5E}")
@@ -104,7 +104,7 @@ def _find_even_step(x: Float[NDArray[np.float64], " n"]) -> float | None:
 
 
 def _format_values(table: Float[NDArray[np.float64], "n k"], even: bool) -> Iterator[str]:
-    """Lines of values: four per line if the abscissa is even, else abscissas of six digits before the values."""
+    """Yield lines of values: four per line if the abscissa is even, else abscissas of six digits before the values."""
     if even:
         numbers = table.reshape(-1)
         for start in range(0, len(numbers), 4):
