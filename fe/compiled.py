@@ -37,7 +37,7 @@ DURATION = {"fe": "about 15 seconds", "hbsolve": "up to a minute", "transient": 
 #: Names of these packages in messages.
 SUBJECT = {"fe": "finite elements", "hbsolve": "solver", "transient": "time integration"}
 #: Environment variable with the folder that is removed at the end of the run.
-PASSING = "STICKSLIP_PASSING_FOLDER"
+TEMPORARY_FOLDER = "STICKSLIP_PASSING_FOLDER"
 #: Remedy for a folder that cannot be written.
 REMEDY = "set NUMBA_CACHE_DIR to a writable folder with about 50 MB of free space"
 
@@ -178,8 +178,8 @@ def _say_that_it_compiles(package: str) -> None:
     is_child = multiprocessing.parent_process() is not None
     if package not in DURATION or (is_child and any(folder.path.rglob("*.nbi"))):
         return
-    often = "at every run, because no folder for it is writable" if folder.passes else "once for this machine"
-    kept = REMEDY if folder.passes else f"stored in {folder.path}"
+    often = "at every run, because no folder for it is writable" if folder.is_temporary else "once for this machine"
+    kept = REMEDY if folder.is_temporary else f"stored in {folder.path}"
     takes = f"{DURATION[package]}, longer while the processor is busy"
     _say_once(package, f"compiling the {SUBJECT.get(package, package)} {often}, {takes}; {kept}")
 
@@ -191,10 +191,10 @@ def _say_once(subject: str, sentence: str) -> None:  # noqa: ARG001  # key of th
 
 @dataclass(frozen=True)
 class _Folder:
-    """Folder of the compiled code of a package; if `passes`, it is removed at the end of the run."""
+    """Folder of the compiled code of a package; if `is_temporary`, it is removed at the end of the run."""
 
     path: Path
-    passes: bool
+    is_temporary: bool
 
 
 @cache
@@ -213,18 +213,18 @@ def _folder(package: str) -> _Folder:
         folder = folder / digest.hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
-            return _Folder(folder, passes=False)
+            return _Folder(folder, is_temporary=False)
     except OSError:
         folder = Path(_passing_folder()) / digest.hexdigest()[:16]
         folder.mkdir(exist_ok=True)
-        return _Folder(folder, passes=True)
+        return _Folder(folder, is_temporary=True)
 
 
 def _passing_folder() -> str:
     """Temporary folder of this process and its child processes."""
-    if PASSING not in os.environ:
+    if TEMPORARY_FOLDER not in os.environ:
         owner, folder = os.getpid(), tempfile.mkdtemp(prefix="stickslip-compiled-")
-        os.environ[PASSING] = folder
+        os.environ[TEMPORARY_FOLDER] = folder
         # Forked processes inherit the exit function, but must not remove the folder.
         atexit.register(lambda: shutil.rmtree(folder, ignore_errors=True) if os.getpid() == owner else None)
-    return os.environ[PASSING]
+    return os.environ[TEMPORARY_FOLDER]

@@ -138,7 +138,7 @@ def find_lowest_eigenpairs(
 
 #: Square root of the shift over the ratio of shear-wave speed to size: below the first elastic mode even of a slender
 #: body, and far above the round-off of rigid-body modes.
-SHARE = 0.05
+SHIFT_FACTOR = 0.05
 #: Squared frequency, relative to the shift, below which it is round-off: rigid-body modes have about 1e-9.
 RIGID = 1e-5
 
@@ -159,7 +159,7 @@ def compute_free_modes(system: LinearSystem, mesh: Mesh, material: Material, n_m
         Number of modes, including rigid-body modes [-].
     """
     size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
-    shift = (SHARE * sqrt(material.shear / material.density) / size) ** 2
+    shift = (SHIFT_FACTOR * sqrt(material.shear / material.density) / size) ** 2
     result = modes(system.shifted(shift), n_mode)
     squared = result.angular_frequency**2 - shift
     frequency = np.sqrt(np.where(squared > RIGID * shift, squared, 0.0))

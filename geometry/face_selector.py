@@ -16,7 +16,7 @@ from geometry.solid import face_region
 ALONG = 1.0
 #: Distance from a criterion for a face with another colour, or that is not plane; equal to that of the opposite normal
 #: [-].
-QUITE = 1.0
+MISMATCH = 1.0
 #: Largest distance of a face from a given point [mm].
 AT = 1e-3
 #: Largest number of faces that an error message lists.
@@ -97,7 +97,7 @@ class KnownFace:
             alike = SequenceMatcher(a=self.name.lower(), b=selector.name.lower()).ratio()
             yield 1 - alike, f'its name is "{self.name}"' if self.name else "it has no name"
         if selector.colour is not None and self.colour.upper() != selector.colour.upper():
-            yield QUITE, f"its colour is {self.colour}" if self.colour else "it has no colour"
+            yield MISMATCH, f"its colour is {self.colour}" if self.colour else "it has no colour"
         area = self.shape.Area()
         low, high = (item * MILLIMETRES_PER_METRE**2 for item in selector.area or (0.0, np.inf))
         if not low <= area <= high:
@@ -120,7 +120,7 @@ class KnownFace:
 
     def _turned(self, normal: tuple[float, float, float]) -> Iterator[tuple[float, str]]:
         if self.shape.geomType() != "PLANE":
-            yield QUITE, "it is not plane"
+            yield MISMATCH, "it is not plane"
             return
         own = np.array(self.shape.normalAt().toTuple()) + 0.0  # no negative zeros
         wanted = np.array(normal) / np.linalg.norm(normal)

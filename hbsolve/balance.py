@@ -30,7 +30,7 @@ NEGATIVE = 1e-9
 #: Largest stiffness of the linear reference, and of a joint, over that of the structure along a direction [-]. With the
 #: first a joint is practically rigid; with the second, round-off of its displacement makes an error of 1e-6 of its
 #: force.
-STIFFEST, BEYOND = 1e6, 1e10
+MAX_REFERENCE_RATIO, MAX_JOINT_RATIO = 1e6, 1e10
 #: Stiffness along a direction, over the largest of all, that counts as zero [-].
 ROUND_OFF = 1e-9
 #: Number of arrays of instants and coefficients held while a basis is made, and of Jacobians of all joints in use [-].
@@ -330,9 +330,9 @@ def _make_limited_table(system: JointedSystem) -> JointTable:
     beside = np.einsum("ij,ij->i", rows @ system.stiffness, rows) / np.einsum("ij,ij->i", rows, rows) ** 2
     # The stiffness of a body that is held by joints alone is round-off of its elements.
     round_off = ROUND_OFF * np.abs(system.stiffness).max()
-    most = np.where(beside > round_off, STIFFEST * beside, np.inf)
+    most = np.where(beside > round_off, MAX_REFERENCE_RATIO * beside, np.inf)
     excess = table.reference / most
-    if excess.max() * STIFFEST > BEYOND:
+    if excess.max() * MAX_REFERENCE_RATIO > MAX_JOINT_RATIO:
         worst = int(excess.argmax())
         name = system.joints[int(np.searchsorted(table.direction, worst, side="right")) - 1].name
         raise BalanceError(

@@ -10,7 +10,7 @@ from reduction.array_type import Matrix
 SINGULAR = 1e-13
 #: Stiffness of the structure without its joints against a motion, relative to that with joints, that counts as
 #: round-off.
-NOTHING = 1e-6
+MAX_FREE_STIFFNESS_RATIO = 1e-6
 
 
 def is_free(stiffness: Matrix, of_joints: Matrix) -> bool:
@@ -25,7 +25,7 @@ def is_free(stiffness: Matrix, of_joints: Matrix) -> bool:
         share = eigvalsh(stiffness, stiffness + of_joints, subset_by_index=[0, 0], check_finite=False)
     except LinAlgError:  # not even joints hold it
         return False
-    return bool(share[0] < NOTHING)
+    return bool(share[0] < MAX_FREE_STIFFNESS_RATIO)
 
 
 def _may_be_free(stiffness: Matrix) -> bool:

@@ -87,10 +87,10 @@ class ModelRates:
             for kind, name in enumerate(MATRICES):
                 if (matrix := getattr(parameter.matrices, name)) is not None:
                     what = f"the {name.replace('_', ' ')} of a matrix parameter"
-                    matrices.append(entries(matrix, what, (r, r)))
+                    matrices.append(check_entries(matrix, what, (r, r)))
                     of_matrix.append((number, kind))
             if parameter.static_load is not None:
-                static[number] = entries(parameter.static_load, "the static load of a model parameter", (r,))
+                static[number] = check_entries(parameter.static_load, "the static load of a model parameter", (r,))
             if parameter.harmonic_force is not None:
                 retained = min(len(parameter.harmonic_force), balance.n_harmonic)
                 harmonic[number, :retained] = parameter.harmonic_force[:retained]
@@ -141,6 +141,6 @@ def _sum_over_joints(rates: Any, by_parameter: Any, direction: Any, parameter: A
     return total
 
 
-def entries(values: object, what: str, shape: tuple[int, ...]) -> Real:
+def check_entries(values: object, what: str, shape: tuple[int, ...]) -> Real:
     """Return an array of finite numbers; refuse (`BalanceError`) another shape or other entries."""
     return check_finite_array(values, what, BalanceError, shape, ", over all degrees of freedom")

@@ -46,7 +46,8 @@ RELATIVE = 1e-8
 MARGIN = 0.01
 
 #: Round-off of R relative to the motions of which it is the sum. A joint may be 1e4 times as stiff as its reference in
-#: the linear structure (`BEYOND` over `STIFFEST` of `hbsolve.balance`), which increases the round-off of its force.
+#: the linear structure (`MAX_JOINT_RATIO` over `MAX_REFERENCE_RATIO` of `hbsolve.balance`), which increases the
+#: round-off of its force.
 ROUND_OFF = 1e4 * np.finfo(float).eps
 #: |R| after a step, relative to |R| before it, above which |R| may be round-off: convergence is quadratic.
 STALLED = 0.5

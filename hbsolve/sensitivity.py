@@ -25,7 +25,7 @@ from hbsolve.errors import BalanceError
 from hbsolve.fourier import Coefficients
 from hbsolve.joint_law.registry import PARAMETERS
 from hbsolve.linearised import active_rows, small_matrix, times_jacobian, transposed_jacobian
-from hbsolve.model_rates import MatrixParameter, ModelParameter, ModelRates, entries
+from hbsolve.model_rates import MatrixParameter, ModelParameter, ModelRates, check_entries
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.solution import forces_at
 from hbsolve.state import SteadyState, check_harmonic, check_state
@@ -272,7 +272,7 @@ def _change(
     elif isinstance(parameter, LoadParameter):
         harmonic = check_harmonic(parameter.harmonic, balance.n_harmonic)
         phase = check_finite_number(parameter.phase, "phase", BalanceError)
-        row = entries(parameter.row, "the row of a load parameter", (balance.system.n_dof,))
+        row = check_entries(parameter.row, "the row of a load parameter", (balance.system.n_dof,))
         load[harmonic] = np.exp(1j * phase * (harmonic > 0)) * row
     elif isinstance(parameter, MatrixParameter):
         load = ModelRates.from_parameters(balance, [ModelParameter(matrices=parameter)]).loads(state)[0]

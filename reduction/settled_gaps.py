@@ -27,7 +27,7 @@ from reduction.joined_bodies import JoinedBodies
 #: Singular value of the approaches, relative to the largest, below which a motion changes no gap.
 IDLE = 1e-9
 #: Weight c of the sum of the gaps in the objective \|s\|^2 + 2 c sum(s), relative to the largest gap.
-DEEP = 30.0
+SUM_WEIGHT = 30.0
 #: Gap relative to the largest gap below which a contact touches.
 ROUND_OFF = 1e-8
 
@@ -63,7 +63,7 @@ def compute_remaining_gaps(approach: Float[Real, "c m"], gaps: Float[Real, " c"]
     U = U[:, sigma > IDLE * sigma[0]]
     size = float(np.abs(gaps).max())
     # min |s|^2 + 2 c sum(s) over s = g - U y >= 0: the point of U y <= g that is nearest to y_0.
-    y0 = U.T @ (gaps + DEEP * size)
+    y0 = U.T @ (gaps + SUM_WEIGHT * size)
     beyond = U @ y0 - gaps
     E = np.vstack([-U.T, beyond / size])
     target = np.zeros(len(E))

@@ -16,7 +16,7 @@ RIGID = 1e-6
 #: Smallest motion of a mode along the rows `seen`, relative to the mode with the largest motion, and number of modes
 #: that are compared. A force near the root of a blade excites first bending by 0.6 to 5 % of higher modes, with
 #: contacts of 4 to 20 N/um, and rolling dampers by less than 0.005 %.
-SEEN, LOOKED_AT = 1e-3, 10
+MIN_PARTICIPATION, N_COMPARED = 1e-3, 10
 
 
 def stuck_stiffness(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:
@@ -87,12 +87,12 @@ def stuck_damping(
         No elastic mode.
     """
     modes = compute_dense_modes(mass, stuck)
-    elastic = np.flatnonzero(1 - modes.shift * modes.mu > RIGID)[:LOOKED_AT]
+    elastic = np.flatnonzero(1 - modes.shift * modes.mu > RIGID)[:N_COMPARED]
     if not len(elastic):
         raise JointError("with all contacts stuck no mode is elastic, so no damping ratio can be assigned")
     shapes = modes.mode_shapes
     along = np.ones(len(elastic)) if seen is None else np.linalg.norm(np.atleast_2d(seen) @ shapes[:, elastic], axis=0)
-    first = int(elastic[np.argmax(along >= SEEN * along.max())])
+    first = int(elastic[np.argmax(along >= MIN_PARTICIPATION * along.max())])
     omega = float(np.sqrt(modes.lambda_[first]))
     damping = rayleigh_damping(ratio, omega / (2 * pi))
     shape = shapes[:, first]

@@ -96,7 +96,7 @@ def name_branches(sweep: Whole, of_pass: Whole, level: Real, frequency: Real, si
     return named
 
 
-def turn_order(order: Whole, of_pass: Whole, frequency: Real, sweep: Whole) -> Whole:
+def reverse_listed_sweeps(order: Whole, of_pass: Whole, frequency: Real, sweep: Whole) -> Whole:
     """Order of measurement, reversed within sweeps that a table lists against their direction, shape (n,)."""
     turned = order.copy()
     for number in np.unique(of_pass):

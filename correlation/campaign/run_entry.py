@@ -13,7 +13,7 @@ from correlation.campaign.signal_entry import SignalEntry, read_signal
 from correlation.campaign.toml_table import TomlTable
 
 #: Columns of a run that are not sensors.
-OWN = ("frequency", "time", "force", "level", "repeat", "order", "sweep")
+NON_SENSOR_COLUMNS = ("frequency", "time", "force", "level", "repeat", "order", "sweep")
 #: Columns of a stepped sine only, since they differ from row to row.
 STEPPED = ("level", "repeat", "order", "sweep")
 BY_ORDER = "by order"
@@ -48,7 +48,7 @@ class RunEntry:
     harmonics
         Highest harmonic that is read from a steady state over time [-].
     own
-        Columns that are not sensors, by the names in `OWN`.
+        Columns that are not sensors, by the names in `NON_SENSOR_COLUMNS`.
     signals
         Columns by sensor; several for several harmonics.
     """
@@ -90,9 +90,9 @@ def read_run(table: TomlTable, sensors: Collection[str] | None, tests: Collectio
         A key or value cannot be used, or a column is not that of a sensor.
     """
     columns = table.table("columns")
-    own = {name: read_signal(columns, name) for name in OWN if name in columns.values}
+    own = {name: read_signal(columns, name) for name in NON_SENSOR_COLUMNS if name in columns.values}
     if sensors is None:
-        sensors = [name for name in columns.values if name not in OWN]
+        sensors = [name for name in columns.values if name not in NON_SENSOR_COLUMNS]
     signals = {}
     for name in sensors:
         if name in columns.values:
@@ -106,7 +106,7 @@ def read_run(table: TomlTable, sensors: Collection[str] | None, tests: Collectio
                 signals[name] = tuple(read_signal(part, name) for part in parts)
             else:
                 signals[name] = (read_signal(columns, name),)
-    columns.known.update((*OWN, *sensors))
+    columns.known.update((*NON_SENSOR_COLUMNS, *sensors))
     columns.finish()
     if ("frequency" in own) == ("time" in own):
         raise columns.problem(

@@ -17,7 +17,7 @@ from correlation.campaign.passes import (
     find_passes,
     name_branches,
     number_stated_passes,
-    turn_order,
+    reverse_listed_sweeps,
 )
 from correlation.campaign.run_entry import BY_ORDER, RunEntry
 from correlation.campaign.signal_entry import SignalEntry
@@ -119,7 +119,7 @@ def read_run_rows(
             suspicions.append(_note_branches(entry, level[named != sweep]))
         sweep = named
     if not {"sweep", "order"} & {*entry.own}:  # sweeps in columns beside one frequency are listed one way
-        order = turn_order(order, of_pass, frequency, sweep)
+        order = reverse_listed_sweeps(order, of_pass, frequency, sweep)
     given = "repeat" in entry.own
     repeat = (
         _read_whole_numbers(entry, file, "repeat") if given else count_repeats(frequency, sweep, level) + entry.repeat

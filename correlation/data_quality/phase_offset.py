@@ -18,10 +18,10 @@ from correlation.data_quality.logarithm import wrap_phases
 
 #: Least agreement of the phases after the rotation [-].
 TURNED = 0.95
-#: Least significant angle [rad]; least ratio of it to the error of `MOST` of the phases after the rotation, and of the
-#: error if each curve is shifted in frequency instead. Of 20,000 random models of one to four modes, with errors of up
-#: to 20 %, over 0.3 to 30 half-widths, two pass by chance, and 45 % of those with a rotation of 10 to 90 deg do.
-LEAST, TIMES, MOVED, MOST = np.radians(5.0), 5.0, 3.0, 0.9
+#: Least significant angle [rad]; least ratio of it to the error of `QUANTILE` of the phases after the rotation, and of
+#: the error if each curve is shifted in frequency instead. Of 20,000 random models of one to four modes, with errors of
+#: up to 20 %, over 0.3 to 30 half-widths, two pass by chance, and 45 % of those with a rotation of 10 to 90 deg do.
+MIN_ANGLE, MIN_ANGLE_RATIO, MIN_SHIFT_RATIO, QUANTILE = np.radians(5.0), 5.0, 3.0, 0.9
 #: Least number of points for a slope.
 FEWEST = 3
 
@@ -81,10 +81,11 @@ def find_phase_offset(
     together = complex(np.mean(np.exp(1j * phase[there])))
     angle = float(np.angle(together))
     left = _compute_size(np.angle(np.exp(1j * (phase[there] - angle))))
-    clear = abs(angle) > max(LEAST, TIMES * left) and _compute_size(np.concatenate(moved)) > max(LEAST, MOVED * left)
+    shifted = _compute_size(np.concatenate(moved))
+    clear = abs(angle) > max(MIN_ANGLE, MIN_ANGLE_RATIO * left) and shifted > max(MIN_ANGLE, MIN_SHIFT_RATIO * left)
     return PhaseOffset(angle, together.real, left) if abs(together) > TURNED and clear else None
 
 
 def _compute_size(angles: Angles) -> float:
-    """Quantile of the angles' magnitudes at `MOST`."""
-    return float(np.quantile(np.abs(angles), MOST))
+    """Quantile of the angles' magnitudes at `QUANTILE`."""
+    return float(np.quantile(np.abs(angles), QUANTILE))

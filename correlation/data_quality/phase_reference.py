@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Measurement, Suspicion
-from correlation.data_quality.phase_offset import LEAST, PhaseOffset, find_phase_offset
+from correlation.data_quality.phase_offset import MIN_ANGLE, PhaseOffset, find_phase_offset
 from correlation.row_group import group_rows
 
 #: Least number of common frequencies of two runs: fewer may all lie between two branches. Of 2,000 clean random
@@ -31,7 +31,7 @@ def find_turned_runs(campaign: Campaign) -> Iterator[Suspicion]:
         own = table.where(table.test == number)
         pairs = [pair for level in np.unique(own.level) for pair in _compare_runs(own.where(own.level == level))]
         turned = [item for item in pairs if item is not None]
-        if not any(abs(item.angle) < np.pi - LEAST for item in turned):
+        if not any(abs(item.angle) < np.pi - MIN_ANGLE for item in turned):
             continue
         angles, left = ([getattr(item, name) for item in turned] for name in ("angle", "residual"))
         yield Suspicion(

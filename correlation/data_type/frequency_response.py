@@ -40,7 +40,7 @@ Frequencies = Float[NDArray[np.float64], " f"]
 
 ESTIMATORS = ("H1", "H2")
 #: Columns of an entry that are not sensors.
-OWN = ("frequency", "time", "force")
+NON_SENSOR_COLUMNS = ("frequency", "time", "force")
 #: Largest number of steady states of a response, and smallest coherence of a steady state [-].
 MOST_STATES, COHERENT = 60, 0.8
 #: Largest excess of a coherence over 1: analysers compute it with few digits [-].
@@ -57,9 +57,9 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     """
     columns = table.table("columns")
     sensors = [sensor for sensor in context.sensors if sensor.name in columns.values]
-    own = {name: read_signal(columns, name) for name in OWN if name in columns.values}
+    own = {name: read_signal(columns, name) for name in NON_SENSOR_COLUMNS if name in columns.values}
     signals = {sensor.name: read_signal(columns, sensor.name) for sensor in sensors}
-    columns.known.update((*OWN, *(sensor.name for sensor in context.sensors)))
+    columns.known.update((*NON_SENSOR_COLUMNS, *(sensor.name for sensor in context.sensors)))
     columns.finish()
     coherences = table.table("coherence", required=False)
     coherent = {name: read_signal(coherences, name) for name in signals if name in coherences.values}

@@ -33,7 +33,7 @@ EXTENSION = 6.0
 ROUNDS, ENOUGH, ENOUGH_TRACKED = 25, 1e-4, 1e-2
 #: Relative singular value of scaled normal equations that counts as zero; and ratio of the normal equations of a
 #: coefficient to the variance of the residual below which it is unobservable: their quotient must not overflow [-].
-SINGULAR, SHOWN = 1e-12, 1e-280
+SINGULAR, MIN_OBSERVABLE = 1e-12, 1e-280
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -195,7 +195,7 @@ def fit_slow_flows(values: Vector, step: float, flows: Sequence[SlowFlow], prior
                 break
     variance = square / max(len(values) - len(normal), 1)
     # Coefficients that the samples do not determine get a large but finite variance, whatever the unit of the values.
-    scale = np.sqrt(np.maximum(np.diag(normal), max(1e-300, SHOWN * variance)))
+    scale = np.sqrt(np.maximum(np.diag(normal), max(1e-300, MIN_OBSERVABLE * variance)))
     covariance = np.linalg.pinv(normal / np.outer(scale, scale), rcond=SINGULAR, hermitian=True) * variance
     covariance = covariance / np.outer(scale, scale)
     return SlowFlowFit(

@@ -21,7 +21,7 @@ from fe.system import LinearSystem
 ASYMMETRY = 1e-8
 #: Negative stiffness, relative to the diagonal, that rigid motions of a free structure may have when the numbers were
 #: written in single precision.
-WRITTEN = 1e-6
+SINGLE_PRECISION_SLACK = 1e-6
 
 Rows = Int[NDArray[np.int64], " k"]
 
@@ -234,7 +234,7 @@ def _check_definite(mass: sp.csr_array, stiffness: sp.csr_array) -> None:
             "the mass is not positive definite: a motion has no mass, or a negative one; check signs and units of the "
             "mass, and write a consistent one"
         )
-    if not is_definite(stiffness, WRITTEN):
+    if not is_definite(stiffness, SINGLE_PRECISION_SLACK):
         raise MatrixFileError(
             "the stiffness is indefinite, so a motion meets a negative restoring force: check its signs and units, "
             "and write it without preload beyond buckling"

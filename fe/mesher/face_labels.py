@@ -13,7 +13,7 @@ Triangles = Int[NDArray[np.int64], "k 3"]
 #: Barycentric coordinates of the points in a triangle whose scores are averaged: the middle, and towards each corner.
 VOTERS = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / np.array([[3], [6], [6], [6]])
 #: Distance that is added for a normal perpendicular to the face's, relative to the triangle's size.
-TURNED = 0.3
+NORMAL_PENALTY = 0.3
 #: Number of pairs of a point and a facet per batch; intermediate arrays then need 300 MB.
 PAIRS = 1_000_000
 
@@ -47,7 +47,8 @@ def label_faces(points: Points, triangles: Triangles, facets: Facets) -> Int[NDA
             facing = np.cross(cad[:, 1] - cad[:, 0], cad[:, 2] - cad[:, 0])
             facing /= np.linalg.norm(facing, axis=1, keepdims=True)
             turned = 1 - np.einsum("kvi,ki->kv", facing[facet.reshape(-1, len(VOTERS))], normal[near])
-            score[near, face] = (distance.reshape(turned.shape) + TURNED * size[near, None] * turned).mean(axis=1)
+            penalty = NORMAL_PENALTY * size[near, None] * turned
+            score[near, face] = (distance.reshape(turned.shape) + penalty).mean(axis=1)
     return _without_islands(triangles, score.argmin(axis=1))
 
 

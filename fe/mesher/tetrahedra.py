@@ -127,7 +127,7 @@ def mesh_solid(part: Part, rule: TetRule) -> Mesh:
     }
     mesh = replace(mesh, face_sets=face_sets)
     check_quality(mesh)
-    _prove(mesh, part)
+    _check_areas_and_volume(mesh, part)
     # A point with the name of a face is the middle of the face; the face set is used instead.
     named = {name: point for name, point in part.points.items() if name not in part.faces}
     return add_named_points(mesh, named) if named else mesh
@@ -192,7 +192,7 @@ def _list_faces_at_edges(
     return {edge: frozenset(faces) for edge, faces in result.items()}
 
 
-def _prove(mesh: Mesh, part: Part) -> None:
+def _check_areas_and_volume(mesh: Mesh, part: Part) -> None:
     """Refuse a mesh whose named faces or volume are not those of the part."""
     for name, region in part.faces.items():
         error = integrate_areas(mesh, mesh.face_sets[name]).sum() / region.area - 1

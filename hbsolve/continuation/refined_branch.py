@@ -21,7 +21,7 @@ from reduction.array_type import Matrix, Real
 MIN_RELATIVE_AMPLITUDE = 1e-3
 #: Residual of a point, over the linear motion, above which it was found with another balance or other sliders: a
 #: thousand times the tolerance of the solver, and far below the residual of such a point.
-FOREIGN = 1e-6
+MAX_RESIDUAL_OF_BRANCH = 1e-6
 
 
 def refine_branch(
@@ -108,7 +108,7 @@ def _refuse_foreign(balance: HarmonicBalance, state: SteadyState) -> None:
     forces = forces_at(balance, state.angular_frequency, state.motion, state.sliders)
     R = residual(balance, condensed, state.motion, forces)
     left = compute_relative_residual(balance, condensed, state.motion, forces, R)
-    if not left <= FOREIGN:
+    if not left <= MAX_RESIDUAL_OF_BRANCH:
         raise BalanceError(
             f"the point at {state.frequency:.6g} Hz has a residual of {left:.1e} of the linear motion: give the "
             "balance and the sliders with which the branch was found, over frequency or level"

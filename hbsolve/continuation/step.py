@@ -35,7 +35,7 @@ EASY, HARD = 3, 6
 GROW, SHRINK, RETRY = 1.5, 0.6, 0.35
 #: A step across which the tangent turns more than by this cosine, or changes its orientation, is shortened, down to the
 #: length at which any kink is accepted.
-TURN, SURE = 0.7, 5e-3
+MIN_TANGENT_COSINE, KINK_STEP = 0.7, 5e-3
 #: Largest distance of the last point from its prediction, relative to the step; a state further away belongs to another
 #: branch, or to this branch beyond a fold.
 MAX_PREDICTION_ERROR = 0.5
@@ -173,8 +173,8 @@ class Continuation:
                     return ended
             for result in correct_points(self.path, x, value, t, step, metric, sliders, orientation):
                 onward, sign = tangent(result.at, result.way, metric, orientation)
-                turned = metric.cosine(onward, result.way) < TURN or sign != orientation
-                if step <= SURE or not turned:
+                turned = metric.cosine(onward, result.way) < MIN_TANGENT_COSINE or sign != orientation
+                if step <= KINK_STEP or not turned:
                     after = self._accept(replace(state, orientation=sign), result, onward, step, metric, sliders)
                     if after is None:
                         continue
@@ -264,7 +264,7 @@ class Continuation:
         except NoSteadyState:
             return None
         aside = metric.length(Direction(result.motion - predicted, 0.0))
-        if aside > max(MAX_PREDICTION_ERROR * step, SURE):
+        if aside > max(MAX_PREDICTION_ERROR * step, KINK_STEP):
             return None
         after = replace(
             state, value=self.last, motion=result.motion, n_point=state.n_point + 1, stop_reason=StopReason.REACHED

@@ -112,8 +112,8 @@ class ResponseSurface(Exported):
         along = _interpolate_values(omega, stiffness.T, self.other_frequency.T, fine_omega).T
         # Between two frequencies, amplitudes are connected if they are at both.
         beside = np.searchsorted(omega, fine_omega)
-        torn = self.other_amplitude[:, beside] | self.other_amplitude[:, np.maximum(beside - 1, 0)]
-        between = _interpolate_values(decade, along, torn, fine_decade)
+        disconnected = self.other_amplitude[:, beside] | self.other_amplitude[:, np.maximum(beside - 1, 0)]
+        between = _interpolate_values(decade, along, disconnected, fine_decade)
         needed = np.abs(between) * np.exp(fine_decade)[:, None]
         lines = contour_generator(fine_omega, fine_decade, np.ma.masked_invalid(needed), line_type=LineType.Separate)
         return tuple(LevelContour(line[:, 0], np.exp(line[:, 1])) for line in map(np.asarray, lines.lines(level)))
@@ -173,16 +173,16 @@ def _refine_places(places: Float[Real, " p"], fine: int) -> Float[Real, " q"]:
 def _interpolate_values(
     x: Float[Real, " p"],
     values: Complex[Array, "p n"],
-    torn: Bool[NDArray[np.bool_], "p n"],
+    disconnected: Bool[NDArray[np.bool_], "p n"],
     fine: Float[Real, " q"],
 ) -> Complex[Array, "q n"]:
-    """Values at finer places along the first axis; NaN next to a NaN, or where a value is torn from the one before.
+    """Finer values along the first axis; NaN next to a NaN, and where a value is disconnected from its predecessor.
 
     Each run of connected values has its own spline.
     """
     result = np.full((len(fine), values.shape[1]), np.nan, dtype=np.complex128)
     known = np.isfinite(values)
-    connected = known[:-1] & known[1:] & ~torn[1:]
+    connected = known[:-1] & known[1:] & ~disconnected[1:]
     left = np.clip(np.searchsorted(x, fine, side="right") - 1, 0, len(x) - 2)
     for column, tied in enumerate(connected.T):
         ends = np.flatnonzero(np.diff(tied, prepend=False, append=False))

@@ -14,7 +14,7 @@ from hbsolve.limits.optimum import LimitKey, Optima, continue_optimum, improve, 
 from hbsolve.limits.problem import LimitCurve
 
 #: Relative loss to the optimum above which a neighbour's state is not improved.
-HOPELESS = 0.3
+MAX_RELATIVE_LOSS = 0.3
 #: Largest number of sweeps back and forth over the frequencies.
 SWEEPS = 6
 #: Relative gain of a limit over its neighbour's state, continued to its frequency, above which it is on another branch.
@@ -60,7 +60,7 @@ def _take_over(curve: LimitCurve, best: Optima, source: LimitKey, key: LimitKey)
     if trial is None:
         return 0.0
     gain = 0.0
-    if present is None or side * point.gain(trial.value, present.value) > -HOPELESS:
+    if present is None or side * point.gain(trial.value, present.value) > -MAX_RELATIVE_LOSS:
         trial = local_search(point, trial, side)
         gain = keep_if_better(best, key, trial, repaired=neighbour.repaired)
     best[key] = replace(best[key], followed=best[key].followed | {source[0] - index: trial.value})
@@ -85,7 +85,7 @@ def continue_from_level(
             continue
         if present is not None:
             change = key[1] * point.gain(trial.value, present.value)
-            if change < -HOPELESS or abs(change) < 0.1 * GAIN:
+            if change < -MAX_RELATIVE_LOSS or abs(change) < 0.1 * GAIN:
                 continue
         if improve(point, best, key, trial.motion, trial.initial_slider, repaired=source.repaired) > 10 * GAIN:
             gained.add(key)
@@ -117,7 +117,7 @@ def continue_across_gaps(curve: LimitCurve, best: Optima, keys: Iterable[LimitKe
             if side * point.gain(source.value, best[index, side].value) < -WORSE:
                 continue
             trial = point.settle(source.motion, source.initial_slider) or point.from_anywhere(source.initial_slider)
-            if trial is None or side * point.gain(trial.value, best[index, side].value) < -HOPELESS:
+            if trial is None or side * point.gain(trial.value, best[index, side].value) < -MAX_RELATIVE_LOSS:
                 continue
             if (
                 improve(point, best, (index, side), trial.motion, trial.initial_slider, repaired=source.repaired)

@@ -11,7 +11,7 @@ import numpy as np
 
 from hbsolve.limits.local_search import GAIN
 from hbsolve.limits.optimum import LimitKey, Optima, improve
-from hbsolve.limits.optimum_continuation import HOPELESS
+from hbsolve.limits.optimum_continuation import MAX_RELATIVE_LOSS
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.slider_bounds import make_random_sliders
@@ -35,7 +35,7 @@ def perturb(
         turned = reverse_lines(point.sliders, point.box.nominal, optimum.initial_slider, random)
         for w in (*turned, *(_perturb_at_random(point, best, key, trial, random) for _ in range(N_RANDOM))):
             reached = point.towards(point.box.clip(w), trial, tries=8)
-            if reached is None or side * point.gain(reached.value, trial.value) < -HOPELESS:
+            if reached is None or side * point.gain(reached.value, trial.value) < -MAX_RELATIVE_LOSS:
                 continue
             if improve(point, best, key, reached.motion, reached.initial_slider) > 10 * GAIN:
                 gained.add(key)

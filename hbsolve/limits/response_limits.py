@@ -95,8 +95,8 @@ def response_limits(
         Frequencies or levels that are not positive and ascending.
     """
     chosen = settings or LimitSettings()
-    omega = ascending(angular_frequency, "angular_frequency")
-    scale = ascending(levels, "levels")
+    omega = check_ascending(angular_frequency, "angular_frequency")
+    scale = check_ascending(levels, "levels")
     searched = add_auxiliary_frequencies(problem.balance, omega, chosen.frequencies)
     starts = make_starts_by_level(problem, searched.angular_frequency, scale, chosen)
     run = Runner.from_problem(problem, searched.angular_frequency, store, executor, progress)
@@ -120,7 +120,7 @@ def make_starts_by_level(
     return [starts(problem.box_at(level)) for level in levels.tolist()]
 
 
-def ascending(given: object, what: str) -> Frequencies:
+def check_ascending(given: object, what: str) -> Frequencies:
     """Return positive, ascending numbers; refuse others (`BalanceError`)."""
     values = np.atleast_1d(np.array(check_array(given, what, BalanceError)))
     if values.ndim != 1 or not len(values) or not np.isfinite(values).all() or not (values > 0).all():

@@ -13,7 +13,7 @@ from hbsolve.limits.optimum import LimitKey
 from hbsolve.limits.point import SearchStart
 from hbsolve.limits.problem import Frequencies, LimitProblem
 from hbsolve.limits.random_histories import Audit
-from hbsolve.limits.response_limits import ascending, collect_limits, make_starts_by_level
+from hbsolve.limits.response_limits import check_ascending, collect_limits, make_starts_by_level
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.search import LimitSettings, StagedSearch
 from hbsolve.limits.shared_histories import SharedStates, share_histories
@@ -81,7 +81,7 @@ def several_limits(
     if not objectives:
         raise BalanceError("there is no objective: give at least one")
     chosen = settings or LimitSettings()
-    omega, scale = ascending(angular_frequency, "angular_frequency"), ascending(levels, "levels")
+    omega, scale = check_ascending(angular_frequency, "angular_frequency"), check_ascending(levels, "levels")
     searched = add_auxiliary_frequencies(problem.balance, omega, chosen.frequencies)
     problems = {name: replace(problem, objective=item) for name, item in objectives.items()}
     shared_work = WORK_PER_HISTORY * (2 * chosen.population + chosen.sample)

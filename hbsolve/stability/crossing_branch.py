@@ -69,7 +69,7 @@ def crossing_branches(
     path, values = make_path(balance, branch)
     result = []
     for side in (1, -1):
-        left = _leave(path, values, branch, balance, point, side)
+        left = _find_first_point(path, values, branch, balance, point, side)
         if left is None:
             continue
         first_state, state = left
@@ -85,7 +85,7 @@ def crossing_branches(
     return tuple(result)
 
 
-def _leave(
+def _find_first_point(
     path: Path, values: Real, branch: ResponseBranch, balance: HarmonicBalance, point: BifurcationPoint, side: int
 ) -> tuple[SteadyState, ContinuationState] | None:
     """First point of the other branch to one side, and the state of a continuation there."""

@@ -35,12 +35,12 @@ from hbsolve.stability.linear_step import linear_step
 from reduction.array_type import Real, Whole
 
 
-class Active(NamedTuple):
+class ActiveJoints(NamedTuple):
     """Joints and sliders through which a disturbance acts beyond the linear reference."""
 
     joint: Whole
     """Joints whose forces change."""
-    place: Whole
+    first_direction: Whole
     """Index in `direction` of the first direction of each of these joints."""
     direction: Whole
     """Directions of these joints in the balance."""
@@ -108,7 +108,8 @@ def _find_active(table: Any, slopes: Any, u: Any, velocity: Any, slider: Any) ->
     """Joints whose forces change beyond the linear reference at any instant, and sliders that move."""
     n, n_joint = u.shape[1], len(table.direction) - 1
     number, n_slider = np.full(len(slider), -1), 0
-    joint, place, direction = np.empty(n_joint, np.int64), np.empty(n_joint, np.int64), np.empty(len(u), np.int64)
+    joint, first_direction = np.empty(n_joint, np.int64), np.empty(n_joint, np.int64)
+    direction = np.empty(len(u), np.int64)
     count, n_direction = 0, 0
     for j in range(n_joint):
         d0, d, s0 = table.direction[j], table.direction[j + 1] - table.direction[j], table.slider[j]
@@ -125,10 +126,10 @@ def _find_active(table: Any, slopes: Any, u: Any, velocity: Any, slider: Any) ->
                         number[s0 + row - d] = n_slider
                         n_slider += 1
         if changes:
-            joint[count], place[count] = j, n_direction
+            joint[count], first_direction[count] = j, n_direction
             direction[n_direction : n_direction + d] = np.arange(d0, d0 + d)
             count, n_direction = count + 1, n_direction + d
-    return Active(joint[:count], place[:count], direction[:n_direction], number, n_slider)
+    return ActiveJoints(joint[:count], first_direction[:count], direction[:n_direction], number, n_slider)
 
 
 @compiled
@@ -213,13 +214,13 @@ def _integrate_disturbances(step: Any, rows: Any, table: Any, slopes: Any, u: An
         blocks = [_slopes(j, instant - 1, instant % n, table, slopes, u, velocity, slider) for j in active.joint]
         for i, j in enumerate(active.joint):
             number = active.slider[table.slider[j] : table.slider[j + 1]]
-            _add_forces(blocks[i], active.place[i], number, free, past, W, near, matrix, right)
+            _add_forces(blocks[i], active.first_direction[i], number, free, past, W, near, matrix, right)
         g = np.ascontiguousarray(np.linalg.solve(matrix, right))
         Z += np.dot(by_after, g)
         now, moved = free + np.dot(near, g), np.zeros_like(W)
         for i, j in enumerate(active.joint):
             number = active.slider[table.slider[j] : table.slider[j + 1]]
-            _add_sliders(blocks[i], active.place[i], number, now, past, W, moved)
+            _add_sliders(blocks[i], active.first_direction[i], number, now, past, W, moved)
         W, past = moved, now[:n_active].copy()
     result = np.empty((m, m))
     result[: 2 * r], result[2 * r : m - n_active], result[m - n_active :] = Z, W, g

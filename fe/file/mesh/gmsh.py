@@ -46,7 +46,7 @@ def read_msh(path: Path) -> FileMesh:
     """
     _refuse_version(path)
     _refuse_duplicate_names(path)
-    _refuse_nonfinite_number(path)
+    _refuse_impossible_number(path)
     with _meshio_as_gmsh_writes():
         result = read_with_meshio(path, "gmsh")
     blocks = tuple((block.type, np.asarray(block.data, dtype=np.int64)) for block in result.cells)
@@ -170,7 +170,7 @@ def _refuse_version(path: Path) -> None:
         raise MeshError(f"mesh file {path} has MSH version {version}: save it with Gmsh as version 4.1 or 2.2")
 
 
-def _refuse_nonfinite_number(path: Path) -> None:
+def _refuse_impossible_number(path: Path) -> None:
     """Refuse numbers too large for the file: meshio allocates for the largest label and all announced blocks."""
     with path.open("rb") as file:
         is_binary = file.readline(100) and file.readline(100).split()[1:2] == [b"1"]
