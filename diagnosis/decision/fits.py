@@ -16,7 +16,7 @@ from diagnosis.decision.law_of_force import (
     fit_other_laws,
     has_other_laws,
 )
-from diagnosis.decision.pair import Pair, fit_other_seconds, fit_pair
+from diagnosis.decision.pair import Pair, fit_pair, fit_seconds
 from diagnosis.decision.residual_explanation import ResidualExplanation, add_effect, explain_residual
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Vector
@@ -129,14 +129,14 @@ class Fits:
             lambda: fit_pair(self.arrangement_of(refit), self.baseline, refit, further, others),
         )
 
-    def fit_other_seconds(self, pair: Pair, further: Sequence[Refit]) -> list[Finalist]:
-        """Fits with the first effect of a pair and one instead of the second: further effects, or other finalists."""
+    def fit_seconds(self, pair: Pair, further: Sequence[Refit]) -> list[Finalist]:
+        """Fits with the first effect of a pair and its second one, or further effects or other finalists instead."""
         first, second = self.finalists[pair.first.name].refit, pair.second.refit
         listed = {item.name: item for item in (*self._list_gaining(without=()), *further)}
         others = [item for name, item in listed.items() if name not in {first.name, second.name}]
         return self.run_step(
             f"{first.name} with others than {second.name} of {first.strength:.6g} and {second.strength:.6g}",
-            lambda: fit_other_seconds(self.arrangement_of(first), first, pair, others),
+            lambda: fit_seconds(self.arrangement_of(first), first, pair, others),
         )
 
     def _list_gaining(self, without: Collection[str]) -> list[Refit]:

@@ -98,8 +98,11 @@ def fit_pair(
     )
 
 
-def fit_other_seconds(arrangement: Arrangement, first: Refit, pair: Pair, others: Sequence[Refit]) -> list[Finalist]:
-    """Fit other effects instead of the second one of a pair, together with the first one.
+def fit_seconds(arrangement: Arrangement, first: Refit, pair: Pair, others: Sequence[Refit]) -> list[Finalist]:
+    """Fit the second effect of a pair and others instead of it, together with the first one.
+
+    Each fit starts from the best one so far, and earlier ones are fitted once more from the best of all: a fit may end
+    at another minimum of the calibration parameters, and its effect must not lose for that alone.
 
     Parameters
     ----------
@@ -109,16 +112,32 @@ def fit_other_seconds(arrangement: Arrangement, first: Refit, pair: Pair, others
         The pair.
     others
         Fits with one of the other effects each, with or without the first one.
+
+    Returns
+    -------
+    Fits with the second effect of the pair, and then with the others.
     """
-    one, both = _get_effect(first), pair.second.refit
-    start, _ = _split(both.fit.values, _get_effect(both))
-    result = []
-    for item in others:
-        effect = _get_effect(item)
-        values = np.append(start, _split(item.fit.values, effect)[1])
-        refitted = arrangement.with_refit_from([one, effect], values, both.fit.prediction)
-        result.append(_compare(_test(effect, refitted), Finalist(refit=first, arrangement=arrangement)))
-    return result
+    one, seconds = _get_effect(first), (pair.second.refit, *others)
+    effects = [_get_effect(item) for item in seconds]
+    n_shared = len(pair.second.refit.fit.values) - len(effects[0].parameters)
+
+    def fit(effect: Effect, values: Values, start: Arrangement) -> Arrangement:
+        """Fit with an effect from its own values, and those of all else of another fit."""
+        values = np.append(start.fit.values[:n_shared], values)
+        return arrangement.with_refit_from([one, effect], values, start.fit.prediction)
+
+    best = pair.second.arrangement
+    result, starts = [best], [best]
+    for item, effect in zip(others, effects[1:], strict=True):
+        starts.append(best)
+        result.append(fit(effect, _split(item.fit.values, effect)[1], best))
+        best = min(best, result[-1], key=attrgetter("cost"))
+    for number, (effect, start) in enumerate(zip(effects, starts, strict=True)):
+        if start is not best and result[number] is not best:
+            again = fit(effect, result[number].fit.values[n_shared:], best)
+            result[number] = min(result[number], again, key=attrgetter("cost"))
+    alone = Finalist(refit=first, arrangement=arrangement)
+    return [_compare(_test(effect, item), alone) for effect, item in zip(effects, result, strict=True)]
 
 
 def _test(effect: Effect, arrangement: Arrangement) -> Finalist:

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from diagnosis.decision.closeness import list_beyond_priors
 from diagnosis.decision.confirmation import compute_held_out_gain, raises_held_out_error
 from diagnosis.decision.evidence import (
@@ -102,11 +104,13 @@ def _exchange_second(fits: Fits, pair: Pair, further: Sequence[Refit]) -> Pair:
     def may_be_second(second: Finalist) -> bool:
         return passes(second.refit, thresholds) and not (place and place == second.refit.place)
 
-    listed = [pair.second, *fits.fit_other_seconds(pair, further)]
-    best = max(filter(may_be_second, listed), key=lambda item: compute_log_density(item.refit), default=pair.second)
-    if best is not pair.second:
+    listed = fits.fit_seconds(pair, further)
+    best = max(filter(may_be_second, listed), key=lambda item: compute_log_density(item.refit), default=None)
+    if best is None:
+        return pair
+    if best.name != pair.second.name or not np.array_equal(best.refit.fit.values, pair.second.refit.fit.values):
         pair = fits.fit_pair(fits.finalists[pair.first.name].refit, best.refit)
-    others = [item for item in listed if item is not best and may_be_second(item)]
+    others = [item for item in listed if item.name != best.name and may_be_second(item)]
     credible = find_credible(compute_probabilities([item.refit for item in (pair.second, *others)]))
     return replace(pair, second_alternatives=tuple(others[number - 1] for number in credible if number))
 

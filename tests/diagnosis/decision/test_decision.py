@@ -98,7 +98,8 @@ def decided(
         if name.endswith("together"):
             return pair
         if " with others than " in name:
-            return [*seconds]
+            assert pair is not None
+            return [pair.second, *seconds]
         if name.endswith("by its own covariance"):
             return own_law
         if name.startswith("other laws"):
@@ -387,6 +388,16 @@ def test_what_is_more_likely_in_place_of_the_second_effect_is_fitted_as_the_seco
     decided(refit("mass", 200, 20), asked=asked, **pair, seconds=[finalist(refit("spring", 160, 50))])
     pairs = [name.partition(" of ")[0] for name in asked if name.endswith("together")]
     assert pairs == ["mass and gap", "mass and spring"]
+
+
+def test_a_second_effect_that_ends_better_when_it_starts_again_is_fitted_with_the_first_again() -> None:
+    asked: list[str] = []
+    pair = beside(refit("gap", 150, 50), refit("mass", 400, 50))
+    again = finalist(refit("gap", 170, 50, strength=2.0))
+    verdict = decided(refit("mass", 200, 20), asked=asked, **pair, seconds=[again])
+    pairs = [name for name in asked if name.endswith("together")]
+    assert pairs == ["mass and gap of 1 and 1 together", "mass and gap of 1 and 2 together"]
+    assert not verdict.further_alternatives
 
 
 def test_another_second_effect_at_the_place_of_the_first_is_not_fitted() -> None:

@@ -10,7 +10,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
 from diagnosis.decision.evidence import compute_log_density
-from diagnosis.decision.pair import Pair, fit_other_seconds, fit_pair
+from diagnosis.decision.pair import Pair, fit_pair, fit_seconds
 from diagnosis.decision.residual_explanation import add_effect, explain_residual
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration import MIN_GAIN
@@ -86,8 +86,8 @@ def test_other_second_effects_are_fitted_with_the_first(
     campaign = hide(listed, small, paper, MASS, GAIN)
     result = finalists_of(campaign, small, MASS, GAIN, OTHER)[1]
     mass, others = result[MASS], [result[name].refit for name in (GAIN, OTHER)]
-    again, other = fit_other_seconds(mass.arrangement, mass.refit, pair, others)
-    assert (again.name, other.name) == (GAIN, OTHER)
+    same, again, other = fit_seconds(mass.arrangement, mass.refit, pair, others)
+    assert (same.name, again.name, other.name) == (GAIN, GAIN, OTHER)
     # Two quick fits end within `MIN_GAIN` of the minimum, which is sqrt(MIN_GAIN) standard deviations.
     tolerance = MIN_GAIN**0.5 * pair.second.refit.deviation
     assert again.refit.strength == pytest.approx(pair.second.refit.strength, abs=tolerance)
