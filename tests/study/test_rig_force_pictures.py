@@ -9,7 +9,7 @@ from fe.element import HEX8
 from fe.mesher.block import Block, mesh_blocks
 from figure.response_curves import DrawnCurve, _choose_line_styles
 from study.kind.rig.force_pictures import MOST_CURVES, choose_most_loaded
-from study.kind.rig.pictures import AMPLITUDE, SHARE, _choose_amplitude
+from study.kind.rig.pictures import AMPLITUDE, LARGEST_DEFLECTION, _choose_amplitude
 
 
 def peak(*ratio: float) -> Any:
@@ -44,5 +44,5 @@ def test_a_mode_of_a_small_body_is_drawn_small() -> None:
     mesh = mesh_blocks([box], HEX8)
     small = (np.abs(mesh.points - [0.1, 0.1, 0.1]) < [0.05, 0.0101, 0.0051]).all(axis=1)
     assert _choose_amplitude(mesh, small[:, None] * np.ones(3)) < AMPLITUDE
-    np.testing.assert_allclose(_choose_amplitude(mesh, small[:, None] * np.ones(3)), SHARE * 0.02)
+    np.testing.assert_allclose(_choose_amplitude(mesh, small[:, None] * np.ones(3)), LARGEST_DEFLECTION * 0.02)
     assert _choose_amplitude(mesh, np.ones_like(mesh.points)) == AMPLITUDE
