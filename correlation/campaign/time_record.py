@@ -130,8 +130,7 @@ def make_record_of_columns(
         Columns of the record with their units; "time" is needed only if it is neither in seconds nor in the unit that
         the file states.
     signs
-        Signs of columns: -1 for a sensor that is mounted in the opposite direction; 1 for columns that are not listed
-        [-].
+        Signs of columns: -1 for a sensor that is mounted in the opposite direction; by default 1 [-].
     rate
         Sampling rate of a file without a column "time" [Hz].
 

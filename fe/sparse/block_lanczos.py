@@ -69,8 +69,7 @@ def block_lanczos(
     block
         Number of columns of a block; by default as in `choose_block` [-].
     max_basis
-        Number of columns of Q at which a restart compresses them, by default as in `basis_columns`; it is always some
-        blocks larger than the number of modes [-].
+        Number of columns of Q at which a restart compresses them; by default, and at least, as in `basis_columns` [-].
     seed
         Seed of the random columns: runs with the same seed give identical results.
 
