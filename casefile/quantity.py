@@ -25,7 +25,7 @@ BARE_EXPONENT = re.compile(r"(?<![A-Za-z])([mcdnuk]?m|in|ft|s)([234])(?![\d.])")
 
 @dataclass(frozen=True)
 class Dimension:
-    """A physical quantity as a case file knows it.
+    """A physical quantity of a case file.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Dimension:
     plausibility: Plausibility | None = None
 
     def read(self, value: object) -> float:
-        """SI value of what stands in a case file: `read_quantity`, as pydantic calls it."""
+        """SI value of an entry of a case file: `read_quantity`, as pydantic calls it."""
         return read_quantity(value, self)
 
 
@@ -74,7 +74,7 @@ DIMENSIONS = (
 
 
 def read_quantity(value: object, dimension: Dimension) -> float:
-    """SI value of what stands in a case file.
+    """SI value of an entry of a case file.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The text of a case file with the line of each key, and what stands at a path in it."""
+"""Text of a case file with the line of each key, and the value at a path."""
 
 import json
 import re

@@ -251,7 +251,7 @@ class Mistakes:
 
 
 def read_case_head(path: Path) -> dict[str, Any]:
-    """All that a case file says; nothing of one that cannot be read, for `casefile.table.load_case` tells why."""
+    """Contents of a case file; empty if it cannot be read, of which `casefile.table.load_case` gives the reason."""
     try:
         return tomllib.loads(path.read_text(encoding="utf-8").removeprefix("\ufeff")) if path.is_file() else {}
     except (OSError, ValueError, RecursionError):

@@ -91,7 +91,7 @@ def did_you_mean(word: str, known: Sequence[str]) -> str:
 
 
 def require_different(values: tuple[Item, ...]) -> tuple[Item, ...]:
-    """The values of a list, none of which stands there twice.
+    """The values of a list; refuse a repeated one.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def _find_path_in_file(location: Sequence[str | int], data: Any, *, keep_last: b
 
 
 def _is_branch(table: Any, part: str | int, rest: Sequence[str | int], *, keep_last: bool) -> bool:
-    """Whether a part names a branch of a union, such as "friction", though the table has a key of that name too."""
+    """Whether a part names a branch of a union, such as "friction", although the table has such a key too."""
     if isinstance(table[part], Mapping | list):
         return False
     return bool(rest) and (keep_last or any(item in table for item in rest))

@@ -103,7 +103,7 @@ def integrate(
 
 
 def _check_rows(outputs: Mapping[str, Vector], n_dof: int) -> dict[str, Vector]:
-    """Rows of the outputs as numbers; one of another size is refused."""
+    """Rows of the outputs as numbers; refuse (`TransientError`) a row of another size."""
     rows = {name: np.asarray(row, dtype=np.float64) for name, row in outputs.items()}
     for name, row in rows.items():
         if row.shape != (n_dof,):

@@ -50,11 +50,11 @@ class SteadyMotion(JointHistory):
     n_period: int
     """Periods integrated in all [-]."""
     period_multiple: int
-    """After how many periods the motion repeats; 0 if none was found."""
+    """Number of periods after which the motion repeats; 0 if none was found."""
     period_change: float
     """Change of the state over the last period, relative to the amplitude [-]."""
     distance: float
-    """Estimate of what is left of the transient, relative to the amplitude [-]."""
+    """Estimate of the remaining transient, relative to the amplitude [-]."""
     step_error: float
     """Estimate of the error of the samples by the time step, from half as many steps (a third of the largest
     difference, in the norm of mass, over the largest displacement from the mean) [-]; nan if not estimated."""
@@ -243,7 +243,7 @@ def _settle(
 def _find_multiple(
     marks: list[Vector], mark: Vector, amplitude: float, tolerance: float, slowest: float
 ) -> tuple[int, float]:
-    """After how many periods m > 1 the motion repeats, 0 if it does not; what is left of the transient then."""
+    """Number m > 1 of periods after which the motion repeats, 0 if it does not, and the remaining transient."""
     far = [float(np.linalg.norm(mark - marks[-m])) / amplitude for m in range(1, min(N_MULTIPLE, len(marks)) + 1)]
     distinct = [m for m in range(2, len(far) + 1) if far[m - 1] <= DISTINCT * far[0]]
     for m in distinct:
@@ -257,7 +257,7 @@ def _find_multiple(
 def _compute_weights(structure: ModalStructure) -> Vector:
     """Square roots of the energy weights of modal displacements, modal velocities and sliders."""
     frequency = np.sqrt(np.abs(structure.eigenvalue))
-    # A rigid-body mode has no energy of displacement: its displacement counts like that of the slowest other mode.
+    # A rigid-body mode has no energy of displacement: its displacement is weighted like that of the slowest other mode.
     floor = 1e-6 * frequency.max()
     others = frequency[frequency > floor]
     frequency = np.maximum(frequency, others.min() if others.size else 1.0)

@@ -96,7 +96,7 @@ class Stepper:
 
     @property
     def state(self) -> TransientState:
-        """Where the system stands now."""
+        """Present state of the system."""
         r, shapes = self.structure.system.n_dof, self.structure.mode_shapes
         return TransientState(
             displacement=shapes @ self._now.state[:r], velocity=shapes @ self._now.state[r:], slider=self._now.slider

@@ -32,7 +32,7 @@ WEIGHTS = np.array([1 << 16, 1 << 8, 1])
 
 
 def check_suffix(path: str | PathLike[str], suffixes: Sequence[str]) -> Path:
-    """A path with one of some suffixes.
+    """Path; refuse another suffix than the given ones.
 
     Raises
     ------

@@ -85,7 +85,7 @@ def behind(mesh: Mesh, x: float) -> Mesh:
 
 @dataclass(kw_only=True, eq=False)
 class Scene:
-    """An open window in memory; `image` draws the body where its nodes are now.
+    """An open window in memory; `image` draws the body with the present positions of its nodes.
 
     Parameters
     ----------

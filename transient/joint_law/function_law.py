@@ -6,7 +6,7 @@ from fe.compiled import compiled
 from reduction.array_type import Vector
 from reduction.joint_law.function_pointer import call_step
 
-#: Parts of a step; the mean force is that of straight lines between them.
+#: Number of parts of a step; the force is linear in each part.
 PARTS_PER_STEP = 8
 
 

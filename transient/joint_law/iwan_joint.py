@@ -5,7 +5,7 @@ from reduction.array_type import Vector
 from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 from transient.joint_law.straight_path import slide
 
-#: The grid of the law: cells, and the displacement at which the first of them ends, over that of macro-slip [-].
+#: Number of cells of the law's grid, and end of the first one over the displacement of macro-slip [-].
 CELLS, FIRST = 32, 1e-3
 
 

@@ -5,7 +5,7 @@ The mean over the path is that of the cubic through both ends of each part of it
 
 from fe.compiled import compiled_template
 
-#: Parts of a step, at least and at most, and the length of one over that of the knee [-].
+#: Smallest and largest number of parts of a step, and the length of a part over that of the knee [-].
 MIN_PARTS, MAX_PARTS, CHANGE = 4, 400, 0.2
 
 

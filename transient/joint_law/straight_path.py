@@ -68,7 +68,7 @@ def slide_coupled(
                 np.log(ratio) / (ratio - 1.0) if abs(ratio - 1.0) > 1e-6 else 1.0 - 0.5 * (ratio - 1.0)
             ) / limit
             cosine, sine = (cx * ux + cy * uy) / size, (ux * cy - uy * cx) / size
-            # tan(delta / 2) as the one of its two forms without cancellation: a force may oppose the sliding exactly.
+            # The form of tan(delta / 2) without cancellation: a force may oppose the sliding exactly.
             near, far = (1.0 + cosine, sine) if cosine > 0.0 else (sine, 1.0 - cosine)
             far *= np.exp(-min(length * (1.0 - onset) * mean_inverse, MAX_EXPONENT))
             square = near * near + far * far

@@ -185,7 +185,7 @@ def stations_at(share: float) -> tuple[float, ...]:
 
 
 def random_stations(random: np.random.Generator) -> tuple[float, ...]:
-    """Stations of a specimen: it bears somewhat nearer to the middle of its lines than drawn."""
+    """Stations of a specimen, whose contacts are nearer to the middle of their lines than in the drawing."""
     return stations_at(random.uniform(CLOSEST, 1.0))
 
 

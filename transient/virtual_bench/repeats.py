@@ -1,7 +1,7 @@
-"""Repeated virtual tests of one system: each with a loading history of its own, as a laboratory would leave it.
+"""Repeated virtual tests of one system, each with a different loading history, as in a laboratory.
 
-The settings of all repeats are the same. What differs is what nobody writes down: how far the preload shot over and
-under its value as it was put on, whether it was taken off and put on again between levels, how far the excitation
+The settings of all repeats are the same. What differs is usually not recorded: how far the preload exceeded and fell
+below its value as it was applied, whether it was taken off and put on again between levels, how far the excitation
 overshot a level, and in which direction the frequencies were swept. Sticking contacts remember it.
 
 References

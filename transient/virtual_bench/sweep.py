@@ -71,7 +71,7 @@ class SweepReadings:
     n_period: Whole
     """Periods integrated for each point, shape (point,) [-]."""
     periodic: NDArray[np.bool_]
-    """Whether the motion repeated at each point, shape (point,); where it did not, the others hold its last period."""
+    """Whether the motion repeated at each point, shape (point,); elsewhere the other arrays contain its last period."""
     slider: Matrix
     """Sliders at phase 0 of each point, shape (point, slider) [m]."""
     final: TransientState
@@ -258,7 +258,7 @@ class VirtualSweepTest:
                 break
             if length > longest:
                 step *= longest / length
-            # The first step is that of the structure as it was: what follows corrects it.
+            # The first step is that of the structure before the change; the next ones correct it.
             longest = LONGEST * max(motion, guess.motion)
             last_step, last_change = step, change
             z = z + step
@@ -281,7 +281,7 @@ class VirtualSweepTest:
             for _ in range(PERIODS_PER_STEP):
                 stepper.advance()
             reached = stepper.vector
-        # A transient decays at least as fast as the structure alone; what is left of it is the sum of all changes.
+        # A transient decays at least as fast as in the structure alone; its remainder is the sum of all changes.
         decay = -float(np.expm1(self._rate.real.max() / frequency))
         n_period = STEPS[-1] * PERIODS_PER_STEP
         while True:
@@ -361,7 +361,7 @@ def _intermediate_points(last: _InitialGuess, frequency: float, level: float, n_
 
 
 def _stuck_structure(system: JointedSystem) -> ModalStructure:
-    """Modes with sticking joints, full damping: such joints then move exactly, whatever the step."""
+    """Modes with sticking joints and a full damping matrix: these joints then move exactly for any step."""
     table = make_joint_table(system)
     sticks = [joint.n_slider > 0 for joint in system.joints for _ in joint.directions]
     offset = np.where(sticks, table.stuck_stiffness, 0.0)
