@@ -1,6 +1,7 @@
 """View of the history of a case: steps that can be undone, and the errors of each step."""
 
 from collections.abc import Sequence
+from math import isfinite
 from typing import Any
 
 from study.diagnose.history import Errors, History
@@ -51,4 +52,5 @@ def list_numbers(before: Errors | None, after: Errors | None) -> dict[str, float
         for side, item in sides.items()
         if item is not None
         for words, value in (("training", item.training), ("held-out", item.held_out))
+        if isfinite(value)
     }

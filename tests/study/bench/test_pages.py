@@ -96,7 +96,7 @@ def test_beside_typed_data_alone_a_slider_moves_all_that_is_predicted(
     campaign = tmp_path / "modal"
     campaign.mkdir()
     mode = (
-        '[[mode]]\nname = "first"\nconfiguration = "jointed"\nfrequency = "20.3 Hz"\nfrequency_deviation = "0.01 Hz"\n'
+        '[[mode]]\nname = "first"\nconfiguration = "jointed"\nfrequency = "20.6 Hz"\nfrequency_deviation = "0.01 Hz"\n'
     )
     (campaign / "campaign.toml").write_text(f'schema = 1\ntitle = "Modal test"\n{mode}', encoding="utf-8")
     with running(case, campaign) as bench:
@@ -111,6 +111,7 @@ def test_beside_typed_data_alone_a_slider_moves_all_that_is_predicted(
         press(page, "#back")
         assert page.inner_text("#data") == drawn
         press(page, "#calibrate")
+        until(page, "document.querySelector('#history li:not(.pale)') !== null")
         wait(page)
         assert page.locator("#history li", has_text="calibrated").count() == 1
         assert page.inner_text("#data") != drawn
