@@ -137,7 +137,10 @@ def fit_seconds(arrangement: Arrangement, first: Refit, pair: Pair, others: Sequ
             again = fit(effect, result[number].fit.values[n_shared:], best)
             result[number] = min(result[number], again, key=attrgetter("cost"))
     alone = Finalist(refit=first, arrangement=arrangement)
-    return [_compare(_test(effect, item), alone) for effect, item in zip(effects, result, strict=True)]
+    return [
+        pair.second if item is pair.second.arrangement else _compare(_test(effect, item), alone)
+        for effect, item in zip(effects, result, strict=True)
+    ]
 
 
 def _test(effect: Effect, arrangement: Arrangement) -> Finalist:

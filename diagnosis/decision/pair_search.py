@@ -99,10 +99,10 @@ def _choose_first(pair: Pair, thresholds: Thresholds) -> Finalist | None:
 
 def _exchange_second(fits: Fits, pair: Pair, further: Sequence[Refit]) -> Pair:
     """The pair with the most probable second effect, and those that the data cannot distinguish from it."""
-    place, thresholds = pair.first.refit.place, fits.thresholds
+    first = pair.first
 
     def may_be_second(second: Finalist) -> bool:
-        return passes(second.refit, thresholds) and not (place and place == second.refit.place)
+        return passes(second.refit, fits.thresholds) and _is_apart(first, second)
 
     listed = fits.fit_seconds(pair, further)
     best = max(filter(may_be_second, listed), key=lambda item: compute_log_density(item.refit), default=None)
@@ -121,6 +121,10 @@ def _is_strained(refit: Refit) -> bool:
 
 
 def _may_be_first(first: Finalist, pair: Pair, thresholds: Thresholds) -> bool:
-    """Whether an effect passes together with the second one, at another place: two at one place are one force."""
-    place = first.refit.place
-    return passes(first.refit, thresholds) and not (place and place == pair.second.refit.place)
+    """Whether an effect passes together with the second one, at another place."""
+    return passes(first.refit, thresholds) and _is_apart(first, pair.second)
+
+
+def _is_apart(one: Finalist, other: Finalist) -> bool:
+    """Whether two effects are at different places: two at one place are one force."""
+    return not (one.refit.place and one.refit.place == other.refit.place)

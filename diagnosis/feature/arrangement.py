@@ -105,11 +105,7 @@ class FeatureArrangement:
 
     def test_uncalibrated(self, model: Model) -> Refit:
         """The same test of an uncalibrated model."""
-        prediction = self.train.predict(model)
-        residual = self.train.residual(prediction)
-        whole = np.concatenate([residual, np.zeros(len(self.fit.values))])
-        fit = replace(self.fit, model=model, prediction=prediction, chi2=float(residual @ residual), residual=whole)
-        return self.tested(None, fit)
+        return self.tested(None, self.fit.with_model(self.train, model, self.train.predict(model)))
 
 
 def arrange_features(

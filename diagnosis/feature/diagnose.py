@@ -88,7 +88,7 @@ def diagnose_features(
     report = report or (lambda _step, _share: None)
     report("calibration", 0.0)
     level, there = find_level(base, data), {item.effect.name for item in added}
-    arrangement = calibrate_features(base, data, calibration, added=added, extra=extra, run_step=run_step)
+    arrangement = calibrate_features(base, data, calibration, level, added=added, extra=extra, run_step=run_step)
     catalogue = list_effects(base, without=without, extra=extra, level=level)
     catalogue = replace(catalogue, candidates=tuple(item for item in catalogue.candidates if item.name not in there))
     scores, baseline, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, PROGRESS)
@@ -107,14 +107,15 @@ def calibrate_features(
     base: Model,
     data: Sequence[Datum],
     calibration: Sequence[CalibrationParameter],
+    level: float,
     *,
     added: Sequence[AddedEffect] = (),
     extra: Sequence[Extra] = (),
     run_step: RunStep = compute_step,
 ) -> FeatureArrangement:
-    """Calibrate a model, the first part of a diagnosis; parameters as for `diagnose_features`."""
+    """Calibrate a model, the first part of a diagnosis; level of `find_level`, others as for `diagnose_features`."""
     if added:
-        known = list_effects(base, extra=extra, level=find_level(base, data))
+        known = list_effects(base, extra=extra, level=level)
         added = [item.listed_in(known) for item in added]
     return run_step("arrangement", lambda: arrange_features(base, data, calibration, added=added))
 

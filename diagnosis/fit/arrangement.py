@@ -191,10 +191,7 @@ class Arrangement:
 
         Its own model error is large and slow to estimate.
         """
-        prediction = self.train.predict(model, self.fit.prediction)
-        residual = self.train.residual(prediction)
-        whole = np.concatenate([residual, np.zeros(len(self.fit.values))])
-        fit = replace(self.fit, model=model, prediction=prediction, chi2=float(residual @ residual), residual=whole)
+        fit = self.fit.with_model(self.train, model, self.train.predict(model, self.fit.prediction))
         return self._test(None, fit, self.held_out_without_jitter, self._fit_jitter(fit))
 
     def _fit_jitter(self, fit: Fit) -> Fit:

@@ -174,6 +174,12 @@ class Fit:
         """Jacobian with another covariance, shape (m + p, p): the rows of the data change, those of priors do not."""
         return np.concatenate([change(self.jacobian[: self.n_number]), self.jacobian[self.n_number :]])
 
+    def with_model(self, comparison: Data, model: Model, prediction: Any) -> "Fit":
+        """The same with another model and its prediction; priors do not contribute to its chi^2."""
+        residual = comparison.residual(prediction)
+        whole = np.concatenate([residual, np.zeros(len(self.values))])
+        return replace(self, model=model, prediction=prediction, chi2=float(residual @ residual), residual=whole)
+
 
 def calibrate(
     comparison: Data,

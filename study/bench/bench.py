@@ -46,11 +46,12 @@ from study.compare.result import ComparisonResult
 from study.compare.run import find_comparison, hash_comparison
 from study.compare.suspicions import require_noise
 from study.diagnose.add import CaseEditError, add, undo
-from study.diagnose.calibrate import calibrate_case, screen_file
+from study.diagnose.calibrate import calibrate_case, screen_campaign
 from study.diagnose.history import DIAGNOSIS, HistoryStep, hash_case, history_of, read_text
 from study.diagnose.round import Steps, summarise_errors
 from study.diagnose.run import diagnose_file
 from study.diagnose.stages import make_waterfall
+from study.kind.registry import open_case
 from study.measured_campaign import read_measured
 from study.run_context import RunContext, silent_run
 
@@ -150,9 +151,11 @@ class Bench:
         CaseError, CampaignError, EffectError
             The case, the campaign or an effect file has mistakes.
         """
-        if self._read_campaign().has_only_typed_data:
+        campaign = self._read_campaign()
+        if campaign.has_only_typed_data:
             return CallResult(numbers={}, views=screen_data_campaign())
-        screened = screen_file(self.case, self.folder, self.run, self.without)
+        open_case(self.case)  # mistakes of the file itself come first
+        screened = screen_campaign(self.case, campaign, self.folder, self.run, self.without)
         history = history_of(self.case)
         drawn, now = summarise_errors(screened.uncalibrated), summarise_errors(screened.baseline)
         added = [item.effect.name for item in screened.setup.added]

@@ -7,7 +7,7 @@ from typing import Any
 
 from correlation.campaign.measurement import Campaign
 from correlation.errors import CampaignError
-from diagnosis.feature.diagnose import calibrate_features
+from diagnosis.feature.diagnose import calibrate_features, find_level
 from diagnosis.fit.refit import make_baseline_refit
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.suspicions import require_testable
@@ -76,7 +76,7 @@ def calibrate_case(case: Path, folder: Path, run: RunContext, without: tuple[str
     if campaign.has_only_typed_data:
         fit = fit_features(case, campaign, run, without)
     else:
-        fit = take_fit(screen_file(case, folder, run, without))
+        fit = take_fit(screen_campaign(case, campaign, folder, run, without))
     return write_calibration(case, folder, fit, text)
 
 
@@ -88,8 +88,8 @@ def fit_features(case: Path, campaign: Campaign, run: RunContext, without: tuple
         watched = shown.watched(run_step)
         shown.report("calibration", 0.0)
         arrangement = calibrate_features(
-            setup.model, campaign.data, setup.calibration_parameters, added=setup.added, extra=setup.effect_files,
-            run_step=watched,
+            setup.model, campaign.data, setup.calibration_parameters, find_level(setup.model, campaign.data),
+            added=setup.added, extra=setup.effect_files, run_step=watched,
         )  # fmt: skip
         fitted = watched("held-out error", lambda: make_baseline_refit(arrangement))
         nominal = watched("nominal", lambda: arrangement.test_uncalibrated(setup.model))
@@ -117,7 +117,13 @@ def screen_file(case: Path, folder: Path, run: RunContext, without: tuple[str, .
         An error in them, or a campaign without steady states, repeats or held-out data.
     """
     open_case(case)  # mistakes of the file itself come first
-    campaign = read_measured(folder, run)
+    return screen_campaign(case, read_measured(folder, run), folder, run, without)
+
+
+def screen_campaign(
+    case: Path, campaign: Campaign, folder: Path, run: RunContext, without: tuple[str, ...] = ()
+) -> ScreeningResult:
+    """`screen_file` of a campaign that was read from its folder."""
     if not len(campaign.measurement):
         raise CampaignError(f"{folder} has no steady states, by which effects are screened: add a test with levels")
     require_testable(campaign, folder)

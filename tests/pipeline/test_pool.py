@@ -95,7 +95,7 @@ def kill_itself(_: int) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_calls_in_processes_have_the_files_of_this_process_and_explains_a_killed_one(
+def test_calls_in_processes_have_the_files_of_this_process_and_explain_a_killed_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "own_law.py"
